@@ -1,0 +1,1 @@
+//! femdem-flow: workflows.
