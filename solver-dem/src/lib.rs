@@ -1,1 +1,37 @@
-//! femdem-flow: solver-dem.
+//! The discrete-element side of femdem-flow: periodic assemblies of grains (REVs), brought to
+//! equilibrium under a prescribed deformation, and homogenised to a Cauchy stress and a tangent.
+//!
+//! The face of the crate is [`Rev`], a state that serialises exactly, and pure functions of it:
+//!
+//! - [`respond`]: `(base, start, F) → state, stress, tangent, report`, what a Gauss point asks for;
+//! - [`drive`]: the same under mixed stress/strain control, for element tests;
+//! - [`prepare`]: a packing from its recipe and seed.
+//!
+//! Conventions: tension positive for stresses and strains, repulsion positive for contact forces,
+//! the columns of the cell matrix are the cell vectors, a step deforms the cell by `H ← F·H`.
+//! Lengths, forces and stresses are in the user's own consistent units; the thickness is 1 in 2D.
+//!
+//! This crate knows no files, no threads and no finite elements.
+
+pub mod cell;
+pub mod contact;
+mod drive;
+mod dynamics;
+pub mod homogenise;
+mod neighbours;
+mod network;
+mod relax;
+pub mod prepare;
+mod respond;
+pub mod rev;
+pub mod settings;
+pub mod tensor;
+pub mod wire;
+
+pub use cell::Cell;
+pub use contact::ContactLaw;
+pub use drive::{Component, Control, drive};
+pub use prepare::{PreparationError, Quality, Recipe, prepare};
+pub use respond::{EquilibriumError, Method, Report, Response, Start, respond};
+pub use rev::{Contact, Grains, Rev, RevState};
+pub use settings::Settings;

@@ -1,0 +1,88 @@
+//! A REV under mixed stress and strain control: the element test.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    Rev,
+    dynamics::{Assembly, Friction},
+    relax::{CellMotion, Limits, Outcome, relax},
+    respond::{EquilibriumError, Method, Response, answer, check, configuration, follow_path},
+    settings::Settings,
+    tensor::{Tensor2, identity},
+};
+
+/// What is imposed on one component.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Component {
+    /// The component of F (1 on the diagonal means no stretch).
+    Gradient(f64),
+    /// The Cauchy stress, tension positive; the component of F follows.
+    Stress(f64),
+}
+
+/// What is imposed on a REV, component by component. One of the two shear components of F must be
+/// given: stress cannot hold a rotation.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Control {
+    /// `components[i][j]` governs F_ij or σ_ij.
+    pub components: [[Component; 2]; 2],
+}
+
+impl Control {
+    /// The prescribed part of F (identity where the stress is given) and the prescribed stresses.
+    fn split(&self) -> (Tensor2<2>, [[Option<f64>; 2]; 2]) {
+        let mut gradient = identity();
+        let mut stress = [[None; 2]; 2];
+        for k in 0..2 {
+            for l in 0..2 {
+                match self.components[k][l] {
+                    Component::Gradient(value) => gradient[k][l] = value,
+                    Component::Stress(value) => stress[k][l] = Some(value),
+                }
+            }
+        }
+        (gradient, stress)
+    }
+}
+
+/// Brings `base` to equilibrium under `control`, with friction by return mapping or along the
+/// path. The stress-controlled components of F are degrees of freedom of the cell and settle together
+/// with the grains.
+///
+/// # Errors
+/// As [`crate::respond`], and when both shear components are stress-controlled.
+pub fn drive(
+    base: &Rev<2, 1>,
+    control: &Control,
+    method: Method,
+    settings: &Settings,
+) -> Result<Response, EquilibriumError> {
+    let (gradient, stress) = control.split();
+    check(base, &gradient)?;
+    if stress[0][1].is_some() && stress[1][0].is_some() {
+        return Err(EquilibriumError::InvalidState(
+            "both shear components are stress-controlled, which leaves the rotation free".into(),
+        ));
+    }
+    if method == Method::Path {
+        return follow_path(base, &gradient, stress, settings, 0);
+    }
+    let cell = base.state.cell.deformed(&gradient);
+    let (positions, rotations) = configuration(base, None, &gradient, &cell);
+    if let Some(mut assembly) = Assembly::new(base, cell, positions, rotations) {
+        let mut motion = CellMotion::new(gradient, gradient, stress, 0, 1e-4);
+        let limits = Limits {
+            friction: Friction::ReturnMapping,
+            cap: settings.return_mapping_cap,
+            rebase_after: settings.rebase_after,
+        };
+        let relaxed = relax(&mut assembly, &mut motion, &limits, settings);
+        if relaxed.outcome == Outcome::Equilibrium {
+            let method = if relaxed.rebased { Method::Rebased } else { Method::ReturnMapping };
+            return answer(base, &assembly, motion.gradient, &relaxed, method, settings);
+        }
+        return follow_path(base, &gradient, stress, settings, relaxed.cycles);
+    }
+    follow_path(base, &gradient, stress, settings, 0)
+}

@@ -1,0 +1,285 @@
+//! The linear response of the contact network: the tangent of a REV.
+//!
+//! With r(q, F) the unbalanced forces and moments, q the positions and rotations of the grains
+//! relative to the motion of the cell, C = ∂σ/∂L − ∂σ/∂q · (∂r/∂q)⁻¹ · ∂r/∂L.
+
+mod block_lu;
+
+use crate::{
+    contact::Status,
+    dynamics::{Assembly, Geometry, Link},
+    tensor::{Tensor4, Vector},
+};
+use block_lu::{BlockLu, BlockMatrix};
+
+/// Which response of the contacts is linearised.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Linearisation {
+    /// Statuses of the return mapping over the whole increment from the reference state.
+    Algorithmic,
+    /// All closed contacts stick, from the current state.
+    Elastic,
+}
+
+/// A small motion of a contact: dδ, t·d(branch), and the rotations of both grains.
+#[derive(Clone, Copy)]
+struct Motion {
+    overlap: f64,
+    tangential: f64,
+    rotations: [f64; 2],
+}
+
+/// The answer: force on j, and the moments on i and j.
+struct Rate {
+    force: Vector<2>,
+    moments: [f64; 2],
+}
+
+/// A closed contact ready to be differentiated.
+struct Linear {
+    geometry: Geometry,
+    i: usize,
+    j: usize,
+    normal: f64,
+    tangential: f64,
+    kn: f64,
+    kt: f64,
+    friction: f64,
+}
+
+impl Linear {
+    fn new(assembly: &Assembly<'_>, link: &Link, kind: Linearisation) -> Self {
+        let mut geometry = assembly.geometry(link);
+        if kind == Linearisation::Elastic {
+            geometry.status = Status::Sticking;
+            geometry.turns = [0.0; 2];
+            geometry.slip = 0.0;
+            geometry.share = 1.0;
+            geometry.share_rate = 0.0;
+        }
+        let law = assembly.law();
+        Self {
+            geometry,
+            i: link.i as usize,
+            j: link.j as usize,
+            normal: link.normal,
+            tangential: link.tangential,
+            kn: law.normal_stiffness,
+            kt: law.tangential_stiffness,
+            friction: law.friction,
+        }
+    }
+
+    /// The motion that belongs to a change `du` of the branch vector.
+    fn motion(&self, du: &Vector<2>, rotations: [f64; 2]) -> Motion {
+        let n = &self.geometry.n;
+        Motion {
+            overlap: -(n[0] * du[0] + n[1] * du[1]),
+            tangential: -n[1] * du[0] + n[0] * du[1],
+            rotations,
+        }
+    }
+
+    /// d(f_n n − f_t t) and d((R − δ/2) f_t), with dn = t dα, dt = −n dα, dα = t·du/d.
+    fn rate(&self, m: &Motion) -> Rate {
+        let g = &self.geometry;
+        let [ai, aj] = g.arms;
+        let dalpha = m.tangential / g.distance;
+        let dnormal = self.kn * m.overlap;
+        let dtangential = match g.status {
+            Status::Sliding => self.tangential.signum() * self.friction * self.kn * m.overlap,
+            Status::Sticking => {
+                let dslip = (ai + aj) * dalpha
+                    - ai * m.rotations[0]
+                    - aj * m.rotations[1]
+                    - 0.5 * m.overlap * (g.turns[0] + g.turns[1]);
+                self.kt * (g.share * dslip + g.share_rate * m.overlap * g.slip)
+            }
+        };
+        let along = dnormal + self.tangential * dalpha;
+        let across = self.normal * dalpha - dtangential;
+        let half = -0.5 * m.overlap * self.tangential;
+        Rate {
+            force: [along * g.n[0] - across * g.n[1], along * g.n[1] + across * g.n[0]],
+            moments: [half + ai * dtangential, half + aj * dtangential],
+        }
+    }
+
+    /// The force on j.
+    fn force(&self) -> Vector<2> {
+        let n = &self.geometry.n;
+        [
+            self.normal * n[0] + self.tangential * n[1],
+            self.normal * n[1] - self.tangential * n[0],
+        ]
+    }
+}
+
+/// The tangent C_ijkl = ∂σ_ij/∂L_kl at the assembly's current configuration (forces computed).
+/// `regularisation` is a stiffness on each grain's diagonal over kn. `None` when the network has
+/// no contacts or its stiffness is singular to working precision.
+pub(crate) fn tangent(
+    assembly: &Assembly<'_>,
+    kind: Linearisation,
+    regularisation: f64,
+) -> Option<Tensor4<2>> {
+    let contacts: Vec<Linear> = assembly
+        .links
+        .iter()
+        .filter(|link| link.overlap > 0.0)
+        .map(|link| Linear::new(assembly, link, kind))
+        .collect();
+    let n = assembly.positions.len();
+    if contacts.is_empty() {
+        return None;
+    }
+    // Rotations are scaled by a length so that all unknowns are displacements.
+    let length = 0.5 * contacts.iter().map(|c| c.geometry.distance).sum::<f64>() / contacts.len() as f64;
+
+    let mut matrix = BlockMatrix::<3>::new(n, contacts.iter().map(|c| (c.i, c.j)));
+    let mut loads = vec![[[0.0; 4]; 3]; n];
+    for (edge, contact) in contacts.iter().enumerate() {
+        add_stiffness(&mut matrix, edge, contact, length);
+        for (case, du) in stretches(&contact.geometry.branch).into_iter().enumerate() {
+            let rate = contact.rate(&contact.motion(&du, [0.0; 2]));
+            for k in 0..2 {
+                loads[contact.i][k][case] -= rate.force[k];
+                loads[contact.j][k][case] += rate.force[k];
+            }
+            loads[contact.i][2][case] += rate.moments[0] / length;
+            loads[contact.j][2][case] += rate.moments[1] / length;
+        }
+    }
+    steady(&mut matrix, &contacts, n, regularisation);
+    // −(∂r/∂q) dq = ∂r/∂L.
+    let lu = BlockLu::factorise(matrix)?;
+    lu.solve(&mut loads);
+
+    let stress = assembly.stress();
+    let volume = assembly.cell.volume();
+    let mut c = [[[[0.0; 2]; 2]; 2]; 2];
+    for contact in &contacts {
+        let f = contact.force();
+        let branch = contact.geometry.branch;
+        for (case, du) in stretches(&branch).into_iter().enumerate() {
+            let (qi, qj) = (&loads[contact.i], &loads[contact.j]);
+            let total = [
+                du[0] + qj[0][case] - qi[0][case],
+                du[1] + qj[1][case] - qi[1][case],
+            ];
+            let rotations = [qi[2][case] / length, qj[2][case] / length];
+            let rate = contact.rate(&contact.motion(&total, rotations));
+            let (k, l) = (case / 2, case % 2);
+            for a in 0..2 {
+                for b in 0..2 {
+                    c[a][b][k][l] -= (rate.force[a] * branch[b] + f[a] * total[b]) / volume;
+                }
+            }
+        }
+    }
+    for k in 0..2 {
+        for l in 0..2 {
+            let shear = 0.5 * (c[0][1][k][l] + c[1][0][k][l]);
+            c[0][1][k][l] = shear;
+            c[1][0][k][l] = shear;
+        }
+        // The volume grows with tr L.
+        for a in 0..2 {
+            for b in 0..2 {
+                c[a][b][k][k] -= stress[a][b];
+            }
+        }
+    }
+    c.iter().flatten().flatten().flatten().all(|x| x.is_finite()).then_some(c)
+}
+
+/// The change of a branch vector with each component of L: du_a = δ_ak l_l, in the order kl =
+/// 11, 12, 21, 22.
+fn stretches(branch: &Vector<2>) -> [Vector<2>; 4] {
+    [[branch[0], 0.0], [branch[1], 0.0], [0.0, branch[0]], [0.0, branch[1]]]
+}
+
+/// Adds −∂r/∂q of one contact.
+fn add_stiffness(matrix: &mut BlockMatrix<3>, edge: usize, contact: &Linear, length: f64) {
+    // Column of the contact's six unknowns: x_i, y_i, θ_i, x_j, y_j, θ_j.
+    let mut columns = [[0.0; 6]; 6];
+    for (unknown, column) in columns.iter_mut().enumerate() {
+        let (mut du, mut rotations) = ([0.0; 2], [0.0; 2]);
+        let side = unknown / 3;
+        match unknown % 3 {
+            2 => rotations[side] = 1.0 / length,
+            k => du[k] = if side == 0 { -1.0 } else { 1.0 },
+        }
+        let rate = contact.rate(&contact.motion(&du, rotations));
+        *column = [
+            rate.force[0],
+            rate.force[1],
+            -rate.moments[0] / length,
+            -rate.force[0],
+            -rate.force[1],
+            -rate.moments[1] / length,
+        ];
+    }
+    for a in 0..3 {
+        for b in 0..3 {
+            matrix.diagonal[contact.i][a][b] += columns[b][a];
+            matrix.diagonal[contact.j][a][b] += columns[3 + b][3 + a];
+            matrix.upper[edge][a][b] += columns[3 + b][a];
+            matrix.lower[edge][a][b] += columns[b][3 + a];
+        }
+    }
+}
+
+/// Removes the rigid translations and the freedom of rattlers. A spring on one grain that carries
+/// load is exact, since nothing pulls it; rattlers get just enough to be regular.
+fn steady(matrix: &mut BlockMatrix<3>, contacts: &[Linear], n: usize, regularisation: f64) {
+    let kn = contacts[0].kn;
+    let mut degree = vec![0u32; n];
+    for contact in contacts {
+        degree[contact.i] += 1;
+        degree[contact.j] += 1;
+    }
+    let mut held = 0;
+    for grain in 0..n {
+        if degree[grain] > degree[held] {
+            held = grain;
+        }
+        let spring = match degree[grain] {
+            0 => kn,
+            1 => 1e-2 * kn,
+            _ => 1e-7 * kn,
+        };
+        for k in 0..3 {
+            matrix.diagonal[grain][k][k] += spring + regularisation * kn;
+        }
+    }
+    for k in 0..2 {
+        matrix.diagonal[held][k][k] += kn;
+    }
+}
+
+/// The affine (Kruyt) operator (1/V) Σ (kn n l n l + kt t l t l), an upper bound of the stiffness; it
+/// stands in where a network cannot be linearised. Zero without contacts.
+pub(crate) fn affine(assembly: &Assembly<'_>) -> Tensor4<2> {
+    let volume = assembly.cell.volume();
+    let law = assembly.law();
+    let mut c = [[[[0.0; 2]; 2]; 2]; 2];
+    for link in assembly.links.iter().filter(|link| link.overlap > 0.0) {
+        let Geometry { n, branch, .. } = assembly.geometry(link);
+        let t = [-n[1], n[0]];
+        // Symmetrised in each pair of indices: v = ½(n ⊗ l + l ⊗ n).
+        let pair = |a: &Vector<2>, i: usize, j: usize| 0.5 * (a[i] * branch[j] + a[j] * branch[i]);
+        for i in 0..2 {
+            for j in 0..2 {
+                for k in 0..2 {
+                    for l in 0..2 {
+                        c[i][j][k][l] += (law.normal_stiffness * pair(&n, i, j) * pair(&n, k, l)
+                            + law.tangential_stiffness * pair(&t, i, j) * pair(&t, k, l))
+                            / volume;
+                    }
+                }
+            }
+        }
+    }
+    c
+}

@@ -1,0 +1,326 @@
+//! What a Gauss point asks of its REV.
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::{
+    Rev, RevState,
+    contact::Status,
+    dynamics::{Assembly, Friction},
+    homogenise::asymmetry,
+    network::{self, Linearisation},
+    relax::{CellMotion, Limits, Outcome, Relaxed, relax},
+    settings::Settings,
+    tensor::{Tensor2, Tensor4, identity, invert, product, rotation_angle},
+};
+
+/// A configuration near the solution, from an earlier solve from the same base: relaxation
+/// starts from there instead of from the affine motion. It changes the cost, not the problem.
+#[derive(Clone, Copy, Debug)]
+pub struct Start<'a> {
+    /// End state of the earlier solve.
+    pub state: &'a RevState<2, 1>,
+    /// Rotations of the grains from the base to that end state, radians.
+    pub rotations: &'a [f64],
+}
+
+/// Which solver found the equilibrium.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// Friction by return mapping from the base state.
+    ReturnMapping,
+    /// The same, the reference state re-based on the way because it did not settle.
+    Rebased,
+    /// Friction integrated along a slow ramp.
+    Path,
+}
+
+/// What the solve reached and what it took.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// The solver that succeeded.
+    pub method: Method,
+    /// Cycles of all solvers tried.
+    pub cycles: u32,
+    /// Largest unbalanced force or moment/radius over the mean contact force.
+    pub residual: f64,
+    /// Change of the stress over the last check interval, over the mean stress.
+    pub drift: f64,
+    /// Error of the stress-controlled components over the stress scale; 0 without.
+    pub stress_error: f64,
+    /// Antisymmetric part of the Love–Weber stress over the mean stress.
+    pub asymmetry: f64,
+    /// Closed contacts.
+    pub contacts: u32,
+    /// Contacts at the friction bound over the increment.
+    pub sliding: u32,
+    /// Whether a network was too weak to linearise, so that the affine operator stands in.
+    pub affine_tangent: bool,
+}
+
+/// The answer of a REV.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Response {
+    /// The end state, ready to be the next base.
+    pub state: RevState<2, 1>,
+    /// Rotations of the grains over the increment, radians: with `state`, a [`Start`].
+    pub rotations: Vec<f64>,
+    /// F from the base, as asked for or as found under stress control.
+    pub gradient: Tensor2<2>,
+    /// Cauchy stress, tension positive.
+    pub stress: Tensor2<2>,
+    /// ∂σ_ij/∂L_kl of the whole increment (statuses of the return mapping from the base).
+    pub tangent: Tensor4<2>,
+    /// ∂σ_ij/∂L_kl of the end state with all contacts sticking.
+    pub elastic_tangent: Tensor4<2>,
+    /// Figures.
+    pub report: Report,
+}
+
+/// Why a REV has no answer.
+#[derive(Clone, Debug, Error, PartialEq, Serialize, Deserialize)]
+pub enum EquilibriumError {
+    /// The gradient asked for is not a motion of a solid.
+    #[error("deformation gradient {gradient:?} is not finite or turns the cell inside out (det F = {determinant:e})")]
+    NotAMotion {
+        /// F as asked for.
+        gradient: Tensor2<2>,
+        /// det F.
+        determinant: f64,
+    },
+    /// The state itself is unusable.
+    #[error("invalid REV state: {0}")]
+    InvalidState(String),
+    /// Images of a grain would meet.
+    #[error("cell height {height:.4} fell below two cut-off lengths ({needed:.4}) after {cycles} cycles: the REV is too small for this deformation")]
+    CellTooSmall {
+        /// The smallest distance between opposite faces.
+        height: f64,
+        /// Two cut-off lengths.
+        needed: f64,
+        /// Cycles done.
+        cycles: u32,
+    },
+    /// Every solver ran into its cap.
+    #[error("no equilibrium within {cycles} cycles: residual {residual:.2e} (asked {tolerance:.0e}), drift {drift:.2e}, stress error {stress_error:.2e}")]
+    NotReached {
+        /// Cycles of all solvers.
+        cycles: u32,
+        /// Residual reached.
+        residual: f64,
+        /// Residual asked for.
+        tolerance: f64,
+        /// Stress drift.
+        drift: f64,
+        /// Error of the stress-controlled components.
+        stress_error: f64,
+    },
+}
+
+/// Brings `base`, deformed by `gradient` (F, dx_{n+1} = F dx_n), to equilibrium.
+///
+/// Return mapping first, from `start` or from the affine motion; when that does not settle, the
+/// path solver along a ramp from the base. A pure function: same arguments, same bits.
+///
+/// # Errors
+/// [`EquilibriumError`] when F is no motion, the cell gets too small, or nothing settles.
+pub fn respond(
+    base: &Rev<2, 1>,
+    start: Option<Start<'_>>,
+    gradient: &Tensor2<2>,
+    settings: &Settings,
+) -> Result<Response, EquilibriumError> {
+    check(base, gradient)?;
+    let cell = base.state.cell.deformed(gradient);
+    let (positions, rotations) = configuration(base, start, gradient, &cell);
+    let mut assembly =
+        Assembly::new(base, cell, positions, rotations).ok_or_else(|| too_small(base, &cell, 0))?;
+    let mut motion = CellMotion::none(*gradient);
+    let limits = Limits {
+        friction: Friction::ReturnMapping,
+        cap: settings.return_mapping_cap,
+        rebase_after: settings.rebase_after,
+    };
+    let relaxed = relax(&mut assembly, &mut motion, &limits, settings);
+    if relaxed.outcome == Outcome::Equilibrium {
+        let method = if relaxed.rebased { Method::Rebased } else { Method::ReturnMapping };
+        return answer(base, &assembly, *gradient, &relaxed, method, settings);
+    }
+    follow_path(base, gradient, [[None; 2]; 2], settings, relaxed.cycles)
+}
+
+/// The path solver: a slow ramp from the base, then relaxation.
+pub(crate) fn follow_path(
+    base: &Rev<2, 1>,
+    gradient: &Tensor2<2>,
+    stress: [[Option<f64>; 2]; 2],
+    settings: &Settings,
+    cycles_before: u32,
+) -> Result<Response, EquilibriumError> {
+    let n = base.state.positions.len();
+    let mut assembly =
+        Assembly::new(base, base.state.cell, base.state.positions.clone(), vec![0.0; n])
+            .ok_or_else(|| too_small(base, &base.state.cell, cycles_before))?;
+    let mut strain: f64 = 0.0;
+    for k in 0..2 {
+        for l in 0..2 {
+            strain = strain.max((gradient[k][l] - f64::from(u8::from(k == l))).abs());
+        }
+    }
+    // A ramp longer than the cap would never end; such increments are cut by the caller.
+    let ramp = (strain / settings.ramp_rate).ceil().clamp(
+        f64::from(settings.ramp_min_cycles),
+        f64::from(settings.path_cap.max(settings.ramp_min_cycles)),
+    ) as u32;
+    let mut motion = CellMotion::new(identity(), *gradient, stress, ramp, 1e-4);
+    let limits = Limits { friction: Friction::Path, cap: settings.path_cap, rebase_after: u32::MAX };
+    let mut relaxed = relax(&mut assembly, &mut motion, &limits, settings);
+    relaxed.cycles += cycles_before;
+    finish(base, &assembly, &motion, &relaxed, Method::Path, settings)
+}
+
+/// The answer, or why there is none.
+pub(crate) fn finish(
+    base: &Rev<2, 1>,
+    assembly: &Assembly<'_>,
+    motion: &CellMotion,
+    relaxed: &Relaxed,
+    method: Method,
+    settings: &Settings,
+) -> Result<Response, EquilibriumError> {
+    match relaxed.outcome {
+        Outcome::Equilibrium => answer(base, assembly, motion.gradient, relaxed, method, settings),
+        Outcome::CellTooSmall => Err(too_small(base, &assembly.cell, relaxed.cycles)),
+        Outcome::Exhausted => Err(EquilibriumError::NotReached {
+            cycles: relaxed.cycles,
+            residual: relaxed.residual,
+            tolerance: settings.tolerance,
+            drift: relaxed.drift,
+            stress_error: relaxed.stress_error,
+        }),
+    }
+}
+
+fn too_small(base: &Rev<2, 1>, cell: &crate::Cell<2>, cycles: u32) -> EquilibriumError {
+    let cutoff = 2.0 * base.grains.largest_radius() + 0.1 * base.grains.mean_diameter();
+    EquilibriumError::CellTooSmall { height: cell.smallest_height(), needed: 2.0 * cutoff, cycles }
+}
+
+/// Refuses what no relaxation could mend.
+pub(crate) fn check(base: &Rev<2, 1>, gradient: &Tensor2<2>) -> Result<(), EquilibriumError> {
+    let (determinant, inverse) = invert(gradient);
+    if inverse.is_none() || determinant.is_nan() || determinant <= 0.0 {
+        return Err(EquilibriumError::NotAMotion { gradient: *gradient, determinant });
+    }
+    let n = base.state.positions.len();
+    if n == 0 || base.grains.radii.len() != n {
+        return Err(EquilibriumError::InvalidState(format!(
+            "{n} positions for {} radii",
+            base.grains.radii.len()
+        )));
+    }
+    if !base.grains.radii.iter().all(|r| r.is_finite() && *r > 0.0) {
+        return Err(EquilibriumError::InvalidState("a radius is not positive".into()));
+    }
+    let law = &base.law;
+    let stiff = law.normal_stiffness > 0.0 && law.normal_stiffness.is_finite();
+    if !stiff || !law.tangential_stiffness.is_finite() || law.tangential_stiffness < 0.0 {
+        return Err(EquilibriumError::InvalidState("a contact stiffness is out of range".into()));
+    }
+    if base.state.contacts.iter().any(|c| c.j as usize >= n || c.i >= c.j) {
+        return Err(EquilibriumError::InvalidState("a contact names a grain that is not there".into()));
+    }
+    Ok(())
+}
+
+/// Positions and rotations to start from. From an earlier end state (cell H_s, positions x_s):
+/// x = F H_0 H_s⁻¹ x_s, so that the fluctuations are carried over; grains turn by the change of the
+/// macroscopic rotation. The cell vectors of both must describe the same lattice, which a
+/// reduction may have changed: then the affine motion serves.
+pub(crate) fn configuration(
+    base: &Rev<2, 1>,
+    start: Option<Start<'_>>,
+    gradient: &Tensor2<2>,
+    cell: &crate::Cell<2>,
+) -> (Vec<[f64; 2]>, Vec<f64>) {
+    let n = base.state.positions.len();
+    let angle = rotation_angle(gradient);
+    if let Some(start) = start
+        && start.state.positions.len() == n
+        && start.rotations.len() == n
+        && let Some(back) = start.state.cell.inverse()
+        && let Some(base_back) = base.state.cell.inverse()
+    {
+        let from_start = product(&cell.h, &back);
+        let earlier = rotation_angle(&product(&start.state.cell.h, &base_back));
+        let spread = (0..4).map(|k| (from_start[k / 2][k % 2] - f64::from(u8::from(k / 2 == k % 2))).abs());
+        if spread.fold(0.0, f64::max) < 0.1 {
+            let positions =
+                start.state.positions.iter().map(|x| crate::tensor::apply(&from_start, x)).collect();
+            let rotations = start.rotations.iter().map(|theta| theta + (angle - earlier)).collect();
+            return (positions, rotations);
+        }
+    }
+    let positions =
+        base.state.positions.iter().map(|x| crate::tensor::apply(gradient, x)).collect();
+    (positions, vec![angle; n])
+}
+
+/// Stress, tangents and end state of an assembly in equilibrium.
+pub(crate) fn answer(
+    base: &Rev<2, 1>,
+    assembly: &Assembly<'_>,
+    gradient: Tensor2<2>,
+    relaxed: &Relaxed,
+    method: Method,
+    settings: &Settings,
+) -> Result<Response, EquilibriumError> {
+    // A reference state that has moved no longer tells what the whole increment did to a contact.
+    let whole;
+    let over_increment = if method == Method::ReturnMapping {
+        assembly
+    } else {
+        let mut again = Assembly::new(
+            base,
+            assembly.cell,
+            assembly.positions.clone(),
+            assembly.rotations.clone(),
+        )
+        .ok_or_else(|| too_small(base, &assembly.cell, relaxed.cycles))?;
+        again.compute_forces(Friction::ReturnMapping);
+        whole = again;
+        &whole
+    };
+    let closed = assembly.links.iter().filter(|link| link.overlap > 0.0).count();
+    let sliding = over_increment
+        .links
+        .iter()
+        .filter(|link| link.overlap > 0.0)
+        .filter(|link| over_increment.geometry(link).status == Status::Sliding)
+        .count();
+    let soft = settings.network_regularisation;
+    let algorithmic = network::tangent(over_increment, Linearisation::Algorithmic, soft);
+    let elastic = network::tangent(assembly, Linearisation::Elastic, soft);
+    let affine_tangent = algorithmic.is_none() || elastic.is_none();
+    let affine = || network::affine(assembly);
+    Ok(Response {
+        state: assembly.state(),
+        rotations: assembly.rotations.clone(),
+        gradient,
+        stress: assembly.stress(),
+        tangent: algorithmic.unwrap_or_else(affine),
+        elastic_tangent: elastic.unwrap_or_else(affine),
+        report: Report {
+            method,
+            cycles: relaxed.cycles,
+            residual: relaxed.residual,
+            drift: relaxed.drift,
+            stress_error: relaxed.stress_error,
+            asymmetry: asymmetry(&assembly.raw_stress()),
+            contacts: closed as u32,
+            sliding: sliding as u32,
+            affine_tangent,
+        },
+    })
+}

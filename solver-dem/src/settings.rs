@@ -1,0 +1,46 @@
+//! How hard the solver tries.
+
+use serde::{Deserialize, Serialize};
+
+/// Numerical settings of a REV solve. The defaults are the measured ones of docs/design/rev-solver.md.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Settings {
+    /// Largest unbalanced force or moment/radius of a grain, over the mean contact force. 1e-4 is
+    /// the loosest that counts as equilibrium.
+    pub tolerance: f64,
+    /// Largest change of a stress component between two checks, over the mean stress.
+    pub drift_tolerance: f64,
+    /// Largest error of a stress-controlled component, over the mean stress asked for.
+    pub stress_tolerance: f64,
+    /// Cycles after which return mapping gives up its single reference state and re-bases the
+    /// friction history at every check.
+    pub rebase_after: u32,
+    /// Cycles of return mapping after which the path solver takes over.
+    pub return_mapping_cap: u32,
+    /// Cycles of relaxation after which the path solver gives up.
+    pub path_cap: u32,
+    /// Strain per cycle of the path solver's ramp.
+    pub ramp_rate: f64,
+    /// The shortest ramp in cycles.
+    pub ramp_min_cycles: u32,
+    /// Stiffness put on every grain's diagonal when the network is linearised, over kn: it keeps
+    /// nearly unstable networks from answering with an unbounded displacement.
+    pub network_regularisation: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            tolerance: 1e-4,
+            drift_tolerance: 1e-4,
+            stress_tolerance: 1e-4,
+            rebase_after: 1500,
+            return_mapping_cap: 6000,
+            path_cap: 60_000,
+            ramp_rate: 2e-6,
+            ramp_min_cycles: 200,
+            network_regularisation: 1e-3,
+        }
+    }
+}
