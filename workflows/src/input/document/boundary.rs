@@ -1,0 +1,39 @@
+//! Boundary conditions, as they are written.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// One condition: `on` a boundary or node, exactly one of `displacement`, `pressure`, `traction`.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Condition {
+    /// Name of the boundary, or of the node (displacement only).
+    pub on: String,
+    /// Displacement from the initial position; a component that is not given is free. Zero along the normal makes a
+    /// plane of symmetry or a smooth platen.
+    pub displacement: Option<Components>,
+    /// Pressure normal to the deforming boundary, positive in compression.
+    pub pressure: Option<Amount>,
+    /// Force per initial length, keeping its direction: components along x and y.
+    pub traction: Option<[Amount; 2]>,
+}
+
+/// Components of a vector.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Components {
+    /// Component along x.
+    pub x: Option<Amount>,
+    /// Component along y.
+    pub y: Option<Amount>,
+}
+
+/// A number, or the name of one of the `loads`.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Amount {
+    /// Constant in time.
+    Number(f64),
+    /// Follows this load.
+    Load(String),
+}

@@ -1,0 +1,101 @@
+//! Materials, as they are written.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A material: `rev` (an assembly of grains at every Gauss point) or `elastic`.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Material {
+    /// Take over everything from this material; what is written here replaces it key by key.
+    #[expect(dead_code, reason = "followed before this type is read")]
+    pub like: Option<String>,
+    /// A periodic assembly of grains that answers by discrete elements.
+    pub rev: Option<Rev>,
+    /// Isotropic linear elasticity.
+    pub elastic: Option<Elastic>,
+}
+
+/// A periodic assembly of grains (representative elementary volume), its preparation and its contact law.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Rev {
+    /// Number of grains.
+    #[schemars(range(min = 16, max = 1_000_000))]
+    pub grains: u32,
+    /// Largest over smallest grain radius; radii are uniform in size between the two.
+    #[schemars(range(min = 1.0, max = 20.0))]
+    pub size_ratio: f64,
+    /// Isotropic stress σ0 under which the assembly is prepared, positive in compression.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub confining_stress: f64,
+    /// Contact stiffness κ = kn/σ0 (2D, per unit thickness).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub stiffness: f64,
+    /// Tangential over normal contact stiffness, kt/kn.
+    #[schemars(range(min = 0.0))]
+    pub tangential_stiffness: f64,
+    /// Coefficient of friction between grains.
+    #[schemars(range(min = 0.0))]
+    pub friction: f64,
+    /// Friction during the preparation: 0 gives a dense assembly, the value of `friction` a loose one.
+    #[schemars(range(min = 0.0))]
+    pub preparation_friction: f64,
+    /// Attraction between touching grains, f_c/(a σ0) with the mean grain diameter a. Note: part of the literature uses
+    /// the inverse.
+    #[schemars(range(min = 0.0))]
+    pub cohesion_ratio: f64,
+    /// Which assemblies the Gauss points get.
+    pub packings: Packings,
+    /// Seed of the random preparation, and of the draw that deals a gallery out.
+    pub seed: u64,
+    /// A file with a prepared packing to start from, relative to this input. It replaces the preparation.
+    pub import: Option<String>,
+}
+
+impl Default for Rev {
+    fn default() -> Self {
+        Self {
+            grains: 400,
+            size_ratio: 2.5,
+            confining_stress: 1.0,
+            stiffness: 1000.0,
+            tangential_stiffness: 1.0,
+            friction: 0.5,
+            preparation_friction: 0.0,
+            cohesion_ratio: 0.0,
+            packings: Packings::Shared,
+            seed: 1,
+            import: None,
+        }
+    }
+}
+
+/// Which assemblies the Gauss points get.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Packings {
+    /// The same for all: a homogeneous specimen.
+    Shared,
+    /// This many different ones, dealt out by a seeded draw.
+    Gallery(#[schemars(range(min = 1, max = 100_000))] u32),
+    /// Another one in every element, the same at its Gauss points.
+    OnePerElement,
+    /// Another one at every Gauss point.
+    OnePerGaussPoint,
+}
+
+/// Isotropic linear elasticity in plane strain, in rate form at large strain.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Elastic {
+    /// Young's modulus E.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub young: Option<f64>,
+    /// Poisson's ratio ν.
+    #[schemars(extend("exclusiveMinimum" = -1.0, "exclusiveMaximum" = 0.5))]
+    pub poisson: Option<f64>,
+    /// Isotropic stress at the beginning, positive in tension: −1 beside a REV prepared at `confining_stress` 1.
+    #[serde(default)]
+    pub initial_stress: f64,
+}

@@ -1,0 +1,112 @@
+//! Solver and output settings: written and resolved in the same form, as every key has a default.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// How the equations are solved.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SolverSettings {
+    /// Largest unbalanced force at free nodes over the reactions (or external forces) at which a step is accepted.
+    #[schemars(extend("exclusiveMinimum" = 0.0), range(max = 1.0))]
+    pub force_tolerance: f64,
+    /// Largest correction of the displacement over its increment at which a step is accepted.
+    #[schemars(extend("exclusiveMinimum" = 0.0), range(max = 1.0))]
+    pub displacement_tolerance: f64,
+    /// Unbalanced force up to which a step that gets no further is accepted, visibly reported.
+    #[schemars(extend("exclusiveMinimum" = 0.0), range(max = 1.0))]
+    pub loosest_force_tolerance: f64,
+    /// Newton iterations before the tangents are replaced by elastic ones.
+    #[schemars(range(min = 1, max = 1000))]
+    pub iterations: u32,
+    /// Further Newton iterations with elastic tangents before the step is cut.
+    #[schemars(range(min = 0, max = 1000))]
+    pub elastic_iterations: u32,
+    /// Smallest part of an increment of the programme that is tried before the run gives up.
+    #[schemars(extend("exclusiveMinimum" = 0.0), range(max = 1.0))]
+    pub smallest_step: f64,
+    /// Growth of the step after an easy one, up to the whole increment.
+    #[schemars(range(min = 1.0, max = 2.0))]
+    pub step_growth: f64,
+    /// Largest unbalanced force in a REV over its mean contact force. Inside a REV, equilibrium is always required.
+    #[schemars(extend("exclusiveMinimum" = 0.0), range(max = 1e-2))]
+    pub rev_tolerance: f64,
+    /// Longest time one REV task may take, in seconds.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub task_time_limit: f64,
+    /// How often a task that failed is tried again before the step is cut.
+    #[schemars(range(max = 100))]
+    pub task_retries: u32,
+}
+
+impl Default for SolverSettings {
+    fn default() -> Self {
+        Self {
+            force_tolerance: 1e-3,
+            displacement_tolerance: 1e-2,
+            loosest_force_tolerance: 1e-2,
+            iterations: 12,
+            elastic_iterations: 16,
+            smallest_step: 1.0 / 64.0,
+            step_growth: 1.25,
+            rev_tolerance: 1e-4,
+            task_time_limit: 600.0,
+            task_retries: 1,
+        }
+    }
+}
+
+/// What is written for other programs to read. The curves of the whole run (CSV) always are.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct OutputSettings {
+    /// Fields are written for every so many load steps, and for the first and the last.
+    #[schemars(range(min = 1))]
+    pub every: u32,
+    /// The fields that are written (VTU, for ParaView).
+    pub fields: Vec<Field>,
+}
+
+impl Default for OutputSettings {
+    fn default() -> Self {
+        Self {
+            every: 1,
+            fields: Field::ALL.to_vec(),
+        }
+    }
+}
+
+/// A field over the mesh.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "snake_case")]
+pub enum Field {
+    /// Displacement from the initial position, at nodes.
+    Displacement,
+    /// Cauchy stress, positive in tension.
+    Stress,
+    /// Strain from the initial position, positive in extension.
+    Strain,
+    /// Second invariant of the deviatoric strain.
+    ShearStrain,
+    /// Volume of voids over volume of grains.
+    VoidRatio,
+    /// Mean number of contacts of a grain.
+    Coordination,
+    /// CPU time of the REV in this step, in seconds.
+    RevCost,
+}
+
+impl Field {
+    /// All fields, in the order of the files.
+    pub const ALL: [Field; 7] = [
+        Field::Displacement,
+        Field::Stress,
+        Field::Strain,
+        Field::ShearStrain,
+        Field::VoidRatio,
+        Field::Coordination,
+        Field::RevCost,
+    ];
+}

@@ -1,0 +1,191 @@
+//! Mesh and regions: elements of no size, numbers that are not in the mesh, regions of no material.
+
+use super::materials::Materials;
+use super::read::Reader;
+use crate::input::document::{self, Annulus, Mesh};
+use crate::input::path::Path;
+use crate::input::problem::{Region, Selection};
+
+/// The most elements of one mesh.
+const MOST_ELEMENTS: u64 = 1_000_000;
+
+/// Shortest over longest radial length of an element in a ring, below which it counts as having no area.
+const THINNEST: f64 = 1e-9;
+
+impl Mesh {
+    /// Number of elements.
+    pub fn element_count(&self) -> u64 {
+        let [first, second] = match self {
+            Mesh::Rectangle(rectangle) => rectangle.elements,
+            Mesh::Annulus(annulus) => annulus.elements,
+        };
+        u64::from(first) * u64::from(second)
+    }
+}
+
+pub fn read(reader: &mut Reader<'_, '_>) -> Option<Mesh> {
+    let path = Path::root().key("mesh");
+    let mesh: Mesh = reader.required(&path)?;
+    let count = mesh.element_count();
+    let inner = path.key(match &mesh {
+        Mesh::Rectangle(_) => "rectangle",
+        Mesh::Annulus(_) => "annulus",
+    });
+    if count > MOST_ELEMENTS {
+        let message =
+            format!("the mesh has {count} elements, at most {MOST_ELEMENTS} can be handled");
+        reader.report.at(&inner.key("elements"), message, None);
+    }
+    match &mesh {
+        // A size or a number of elements that is not positive fails the schema, and then nothing can be built on it.
+        Mesh::Rectangle(rectangle) => {
+            let positive = rectangle.size.iter().all(|&side| side > 0.0);
+            (positive && count > 0).then_some(mesh)
+        }
+        Mesh::Annulus(annulus) => annulus_is_good(reader, &inner, annulus).then_some(mesh),
+    }
+}
+
+fn annulus_is_good(reader: &mut Reader<'_, '_>, path: &Path, ring: &Annulus) -> bool {
+    if ring.inner_radius >= ring.outer_radius && ring.inner_radius > 0.0 && ring.outer_radius > 0.0
+    {
+        let message = format!(
+            "the elements have no area: `outer_radius` {} does not exceed `inner_radius` {}",
+            ring.outer_radius, ring.inner_radius
+        );
+        reader.report.at(
+            &path.key("outer_radius"),
+            message,
+            "the cavity is the smaller one".to_owned(),
+        );
+        return false;
+    }
+    let contrast = ring.growth.ln().abs() * f64::from(ring.elements[1].saturating_sub(1));
+    if ring.growth > 0.0 && contrast > -THINNEST.ln() {
+        let message = format!(
+            "the elements at one end have no area: growth {} over {} elements",
+            ring.growth, ring.elements[1]
+        );
+        reader.report.at(
+            &path.key("growth"),
+            message,
+            "bring it nearer to 1, or take fewer elements".to_owned(),
+        );
+        return false;
+    }
+    let least = match ring.sector {
+        document::Sector::Quarter => 1,
+        document::Sector::Half => 2,
+        document::Sector::Full => 3,
+    };
+    if ring.elements[0] > 0 && ring.elements[0] < least {
+        let message = format!(
+            "{} elements cannot close this ring, it takes at least {least}",
+            ring.elements[0]
+        );
+        reader
+            .report
+            .at(&path.key("elements").index(0), message, None);
+        return false;
+    }
+    ring.inner_radius > 0.0
+        && ring.outer_radius > 0.0
+        && ring.growth > 0.0
+        && ring.elements.iter().all(|&n| n > 0)
+}
+
+/// The regions; `mesh` is absent where it is wrong.
+pub fn regions(
+    reader: &mut Reader<'_, '_>,
+    mesh: Option<&Mesh>,
+    materials: &Materials,
+) -> Option<Vec<Region>> {
+    let section = Path::root().key("regions");
+    let mut seen: Vec<String> = Vec::new();
+    let mut regions = Some(Vec::new());
+    if reader.has(&section) && reader.keys(&section).is_some() {
+        return None;
+    }
+    for index in 0..reader.count(&section) {
+        let path = section.index(index);
+        let region = region(reader, &path, mesh, materials, &mut seen);
+        regions = regions.zip(region).map(|(mut regions, region)| {
+            regions.push(region);
+            regions
+        });
+    }
+    regions
+}
+
+fn region(
+    reader: &mut Reader<'_, '_>,
+    path: &Path,
+    mesh: Option<&Mesh>,
+    materials: &Materials,
+    seen: &mut Vec<String>,
+) -> Option<Region> {
+    let written: document::Region = reader.required(path)?;
+    if seen.contains(&written.name) {
+        let message = format!("there are two regions `{}`", written.name);
+        reader.report.at(
+            &path.key("name"),
+            message,
+            "give each its own name".to_owned(),
+        );
+    }
+    seen.push(written.name.clone());
+    let material = materials.find(reader, &path.key("material"), &written.material);
+    let selection = match (written.elements, written.within) {
+        (Some(elements), None) => {
+            check_elements(reader, &path.key("elements"), &elements, mesh);
+            Some(Selection::Elements(elements))
+        }
+        (None, Some(within)) => {
+            for axis in 0..2 {
+                if within.from[axis] > within.to[axis] {
+                    let message = format!(
+                        "the box is empty: from {} to {}",
+                        within.from[axis], within.to[axis]
+                    );
+                    let help = "`from` is the corner of least coordinates".to_owned();
+                    reader
+                        .report
+                        .at(&path.key("box").key("to").index(axis), message, help);
+                }
+            }
+            Some(Selection::Box(within))
+        }
+        _ => {
+            let message = format!(
+                "region `{}` must be given by exactly one of `elements` and `box`",
+                written.name
+            );
+            reader.report.at(path, message, None);
+            None
+        }
+    };
+    Some(Region {
+        name: written.name,
+        material: material?,
+        selection: selection?,
+    })
+}
+
+fn check_elements(reader: &mut Reader<'_, '_>, path: &Path, elements: &[u32], mesh: Option<&Mesh>) {
+    let Some(count) = mesh.map(Mesh::element_count) else {
+        return;
+    };
+    for (index, &element) in elements.iter().enumerate() {
+        if u64::from(element) >= count {
+            let help = format!(
+                "the mesh has {count} elements, numbered from 0 to {}",
+                count.saturating_sub(1)
+            );
+            reader.report.at(
+                &path.index(index),
+                format!("there is no element {element}"),
+                help,
+            );
+        }
+    }
+}

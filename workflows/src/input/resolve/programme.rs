@@ -1,0 +1,144 @@
+//! The programme: stages of one kind each, on loads that exist.
+
+use super::loads::Loads;
+use super::read::Reader;
+use crate::input::document;
+use crate::input::path::Path;
+use crate::input::programme::{MOST_STEPS, Programme, Stage, Way};
+use crate::input::report::list;
+
+/// Reads the programme.
+pub fn read(reader: &mut Reader<'_, '_>, loads: &Loads) -> Option<Programme> {
+    let section = Path::root().key("programme");
+    let mut seen: Vec<String> = Vec::new();
+    let mut stages = Some(Vec::new());
+    for index in 0..reader.count(&section) {
+        let stage = stage(reader, &section.index(index), loads, &mut seen);
+        stages = stages.zip(stage).map(|(mut stages, stage)| {
+            stages.push(stage);
+            stages
+        });
+    }
+    let programme = Programme {
+        initial: loads.initial(),
+        stages: stages.filter(|stages| !stages.is_empty())?,
+    };
+    if programme.len() > MOST_STEPS {
+        let message = format!(
+            "the programme has {} load steps, at most {MOST_STEPS} can be handled",
+            programme.len()
+        );
+        reader.report.at(&section, message, None);
+    }
+    Some(programme)
+}
+
+fn stage(
+    reader: &mut Reader<'_, '_>,
+    path: &Path,
+    loads: &Loads,
+    seen: &mut Vec<String>,
+) -> Option<Stage> {
+    // The name is looked at even where the rest of the stage is wrong.
+    let name: Option<String> = reader.required(&path.key("name"));
+    if let Some(name) = &name {
+        if seen.contains(name) {
+            let message = format!("there are two stages `{name}`");
+            reader.report.at(
+                &path.key("name"),
+                message,
+                "give each its own name".to_owned(),
+            );
+        }
+        seen.push(name.clone());
+    }
+    let written: document::Stage = reader.required(path)?;
+    let ways = match (&written.ramp, &written.hold, &written.cycle) {
+        (Some(ramp), None, None) => {
+            let path = path.key("ramp");
+            let targets = ramp.iter().map(|(load, value)| (load.as_str(), *value));
+            way(reader, &path, loads, targets).map(|way| vec![way])
+        }
+        (None, Some(_), None) => Some(vec![Way {
+            targets: Vec::new(),
+        }]),
+        (None, None, Some(cycle)) => {
+            let path = path.key("cycle");
+            let there = way(
+                reader,
+                &path,
+                loads,
+                cycle.iter().map(|(load, value)| (load.as_str(), value[0])),
+            )?;
+            let targets = cycle
+                .iter()
+                .zip(&there.targets)
+                .map(|((_, value), (load, _))| (*load, value[1]));
+            let back = Way {
+                targets: targets.collect(),
+            };
+            Some(vec![there, back])
+        }
+        _ => {
+            let given = [
+                ("ramp", written.ramp.is_some()),
+                ("hold", written.hold.is_some()),
+                ("cycle", written.cycle.is_some()),
+            ];
+            let given: Vec<&str> = given
+                .into_iter()
+                .filter(|(_, given)| *given)
+                .map(|(key, _)| key)
+                .collect();
+            let message = match given.as_slice() {
+                [] => format!("stage `{}` does nothing", written.name),
+                several => format!(
+                    "stage `{}` cannot be {} at once",
+                    written.name,
+                    list(several.iter().copied())
+                ),
+            };
+            let help = "write exactly one of `ramp: { load: value }`, `hold: {}`, `cycle: { load: [value, value] }`";
+            reader.report.at(path, message, help.to_owned());
+            None
+        }
+    };
+    if written.times.is_some() && written.cycle.is_none() {
+        let message = "`times` belongs to a cycle";
+        reader.report.at_key(
+            &path.key("times"),
+            message,
+            "remove it, or write `cycle` for `ramp`".to_owned(),
+        );
+    }
+    Some(Stage {
+        name: written.name,
+        ways: ways?,
+        times: written.times.unwrap_or(1),
+        steps: written.steps,
+    })
+}
+
+fn way<'a>(
+    reader: &mut Reader<'_, '_>,
+    path: &Path,
+    loads: &Loads,
+    targets: impl Iterator<Item = (&'a str, f64)>,
+) -> Option<Way> {
+    let mut found = Vec::new();
+    let mut count = 0;
+    for (name, target) in targets {
+        count += 1;
+        let place = path.key(name);
+        if let Some(load) = loads.find(reader, &place, name) {
+            found.push((load, target));
+        }
+    }
+    if count == 0 {
+        let help = "name a load and its value, as in `{ cavity: 0.2 }`; to change nothing write `hold: {}`";
+        reader
+            .report
+            .at(path, format!("`{path}` names no load"), help.to_owned());
+    }
+    (found.len() == count && count > 0).then_some(Way { targets: found })
+}
