@@ -23,7 +23,9 @@ impl<const D: usize> Cell<D> {
 
     /// H ← F·H.
     pub fn deformed(&self, f: &Tensor2<D>) -> Self {
-        Self { h: product(f, &self.h) }
+        Self {
+            h: product(f, &self.h),
+        }
     }
 
     /// det H: the area in 2D (per unit thickness), the volume in 3D. Positive for a valid cell.
@@ -61,7 +63,8 @@ impl<const D: usize> Cell<D> {
     /// physical changes: the set of images of every grain is the same.
     pub fn reduced(&self) -> Self {
         let mut h = self.h;
-        let dot = |h: &Tensor2<D>, a: usize, b: usize| (0..D).map(|i| h[i][a] * h[i][b]).sum::<f64>();
+        let dot =
+            |h: &Tensor2<D>, a: usize, b: usize| (0..D).map(|i| h[i][a] * h[i][b]).sum::<f64>();
         // Each pass shortens a vector; 64 passes reduce any cell that a simulation can reach.
         for _ in 0..64 {
             let mut changed = false;
@@ -99,7 +102,10 @@ impl<'de, const D: usize> Deserialize<'de> for Cell<D> {
     fn deserialize<De: serde::Deserializer<'de>>(deserializer: De) -> Result<Self, De::Error> {
         let flat = Vec::<f64>::deserialize(deserializer)?;
         if flat.len() != D * D {
-            return Err(serde::de::Error::invalid_length(flat.len(), &"D×D cell components"));
+            return Err(serde::de::Error::invalid_length(
+                flat.len(),
+                &"D×D cell components",
+            ));
         }
         let mut h = [[0.0; D]; D];
         for (k, value) in flat.into_iter().enumerate() {
@@ -115,7 +121,9 @@ mod tests {
 
     #[test]
     fn reduction_keeps_the_lattice_of_a_strongly_sheared_cell() {
-        let cell = Cell { h: [[10.0, 23.7], [0.0, 9.0]] };
+        let cell = Cell {
+            h: [[10.0, 23.7], [0.0, 9.0]],
+        };
         let reduced = cell.reduced();
         assert!((reduced.volume() - cell.volume()).abs() < 1e-12);
         assert!(reduced.smallest_height() > cell.smallest_height());

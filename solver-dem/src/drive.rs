@@ -79,7 +79,11 @@ pub fn drive(
         };
         let relaxed = relax(&mut assembly, &mut motion, &limits, settings);
         if relaxed.outcome == Outcome::Equilibrium {
-            let method = if relaxed.rebased { Method::Rebased } else { Method::ReturnMapping };
+            let method = if relaxed.rebased {
+                Method::Rebased
+            } else {
+                Method::ReturnMapping
+            };
             return answer(base, &assembly, motion.gradient, &relaxed, method, settings);
         }
         return follow_path(base, &gradient, stress, settings, relaxed.cycles);

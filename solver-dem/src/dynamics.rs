@@ -18,7 +18,7 @@ use crate::{
 
 /// Fraction of √(m/k) per cycle.
 const TIME_STEP: f64 = 0.3;
-/// Cundall's α.
+/// Cundall's α in a load step.
 const DAMPING: f64 = 0.7;
 /// Margin of the pair list over the mean diameter.
 const LIST_MARGIN: f64 = 0.1;
@@ -89,6 +89,8 @@ pub(crate) struct Assembly<'a> {
     law: ContactLaw,
     dt: f64,
     margin: f64,
+    /// Cundall's α.
+    pub damping: f64,
     pub cell: Cell<2>,
     pub positions: Vec<Vector<2>>,
     velocities: Vec<Vector<2>>,
@@ -125,6 +127,7 @@ impl<'a> Assembly<'a> {
             law: base.law,
             dt: TIME_STEP / stiffness.sqrt(),
             margin: LIST_MARGIN * base.grains.mean_diameter(),
+            damping: DAMPING,
             cell,
             positions,
             velocities: vec![[0.0; 2]; n],
@@ -145,7 +148,9 @@ impl<'a> Assembly<'a> {
             virial: [[0.0; 2]; 2],
             list_builds: 0,
         };
-        assembly.build_list(Friction::ReturnMapping).then_some(assembly)
+        assembly
+            .build_list(Friction::ReturnMapping)
+            .then_some(assembly)
     }
 
     pub fn time_step(&self) -> f64 {
@@ -235,7 +240,10 @@ impl<'a> Assembly<'a> {
                 link.overlap0 = overlap;
                 link.branch0 = branch;
             }
-            let f = [normal * n[0] + tangential * n[1], normal * n[1] - tangential * n[0]];
+            let f = [
+                normal * n[0] + tangential * n[1],
+                normal * n[1] - tangential * n[0],
+            ];
             self.forces[i][0] -= f[0];
             self.forces[i][1] -= f[1];
             self.forces[j][0] += f[0];
@@ -256,7 +264,8 @@ impl<'a> Assembly<'a> {
     /// σ = −(1/V) Σ f ⊗ l (Love–Weber), tension positive, not symmetrised.
     pub fn raw_stress(&self) -> Tensor2<2> {
         let scale = -1.0 / self.cell.volume();
-        self.virial.map(|row| row.map(|component| scale * component))
+        self.virial
+            .map(|row| row.map(|component| scale * component))
     }
 
     /// The symmetrised stress.
@@ -276,12 +285,12 @@ impl<'a> Assembly<'a> {
             }
             for k in 0..2 {
                 let v = &mut self.velocities[i][k];
-                *v += dt * damped(self.forces[i][k], *v);
+                *v += dt * damped(self.forces[i][k], *v, self.damping);
                 self.positions[i][k] += dt * *v;
             }
             let inertia = 0.5 * self.radii[i] * self.radii[i];
             let spin = &mut self.spins[i];
-            *spin += dt * damped(self.torques[i], *spin) / inertia;
+            *spin += dt * damped(self.torques[i], *spin, self.damping) / inertia;
             self.rotations[i] += dt * *spin;
         }
     }
@@ -357,26 +366,33 @@ impl<'a> Assembly<'a> {
         let Some(inverse) = inverse else { return false };
         let cutoff = 2.0 * self.radii.iter().copied().fold(0.0, f64::max) + self.margin;
         let finite = self.positions.iter().flatten().all(|x| x.is_finite());
-        if volume.is_nan() || volume <= 0.0 || !finite || self.cell.smallest_height() < 2.0 * cutoff {
+        if volume.is_nan() || volume <= 0.0 || !finite || self.cell.smallest_height() < 2.0 * cutoff
+        {
             return false;
         }
         let old = std::mem::take(&mut self.links);
-        self.links = pairs(&self.cell, &inverse, &self.positions, self.radii, self.margin)
-            .into_iter()
-            .map(|pair| Link {
-                i: pair.i,
-                j: pair.j,
-                shift: pair.shift,
-                image: self.cell.translation(&pair.shift),
-                reach: self.radii[pair.i as usize] + self.radii[pair.j as usize],
-                branch0: [0.0; 2],
-                overlap0: f64::NEG_INFINITY,
-                tangential0: 0.0,
-                normal: 0.0,
-                tangential: 0.0,
-                overlap: 0.0,
-            })
-            .collect();
+        self.links = pairs(
+            &self.cell,
+            &inverse,
+            &self.positions,
+            self.radii,
+            self.margin,
+        )
+        .into_iter()
+        .map(|pair| Link {
+            i: pair.i,
+            j: pair.j,
+            shift: pair.shift,
+            image: self.cell.translation(&pair.shift),
+            reach: self.radii[pair.i as usize] + self.radii[pair.j as usize],
+            branch0: [0.0; 2],
+            overlap0: f64::NEG_INFINITY,
+            tangential0: 0.0,
+            normal: 0.0,
+            tangential: 0.0,
+            overlap: 0.0,
+        })
+        .collect();
         match friction {
             Friction::ReturnMapping => self.recall_reference(),
             Friction::Path => self.carry_history(&old),
@@ -400,7 +416,10 @@ impl<'a> Assembly<'a> {
             link.branch0 = [b[0] - a[0] + image[0], b[1] - a[1] + image[1]];
             link.overlap0 = link.reach
                 - (link.branch0[0] * link.branch0[0] + link.branch0[1] * link.branch0[1]).sqrt();
-            while contacts.next_if(|c| (c.i, c.j) < (link.i, link.j)).is_some() {}
+            while contacts
+                .next_if(|c| (c.i, c.j) < (link.i, link.j))
+                .is_some()
+            {}
             if let Some(contact) = contacts.next_if(|c| (c.i, c.j) == (link.i, link.j)) {
                 link.tangential0 = contact.tangential[0];
             }
@@ -428,7 +447,13 @@ impl<'a> Assembly<'a> {
     /// The closed contacts with the forces last computed.
     pub fn contacts(&self) -> Vec<Contact<1>> {
         let closed = self.links.iter().filter(|link| link.overlap > 0.0);
-        closed.map(|link| Contact { i: link.i, j: link.j, tangential: [link.tangential] }).collect()
+        closed
+            .map(|link| Contact {
+                i: link.i,
+                j: link.j,
+                tangential: [link.tangential],
+            })
+            .collect()
     }
 
     /// The state with the forces last computed, its cell reduced when it has become slender.
@@ -464,7 +489,11 @@ impl<'a> Assembly<'a> {
             turns,
             slip,
             share,
-            share_rate: if made_since { -link.overlap0 / (overlap - link.overlap0).powi(2) } else { 0.0 },
+            share_rate: if made_since {
+                -link.overlap0 / (overlap - link.overlap0).powi(2)
+            } else {
+                0.0
+            },
             status: self.law.return_to_bound(trial, overlap).1,
         }
     }
@@ -472,8 +501,12 @@ impl<'a> Assembly<'a> {
 
 /// F − α |F| sgn(v).
 #[inline]
-pub(crate) fn damped(force: f64, velocity: f64) -> f64 {
-    if velocity == 0.0 { force } else { force - DAMPING * force.abs() * velocity.signum() }
+pub(crate) fn damped(force: f64, velocity: f64, damping: f64) -> f64 {
+    if velocity == 0.0 {
+        force
+    } else {
+        force - damping * force.abs() * velocity.signum()
+    }
 }
 
 #[inline]
@@ -485,7 +518,11 @@ fn branch_of(link: &Link, positions: &[Vector<2>]) -> Vector<2> {
 /// The part of the relative displacement that happened while the contact was closed.
 #[inline]
 fn share_of(overlap: f64, overlap0: f64) -> f64 {
-    if overlap0 >= 0.0 { 1.0 } else { overlap / (overlap - overlap0) }
+    if overlap0 >= 0.0 {
+        1.0
+    } else {
+        overlap / (overlap - overlap0)
+    }
 }
 
 /// The angle from `a` to `b`. The series is exact to the last bit where it is used: its first

@@ -40,11 +40,16 @@ pub(crate) fn pairs<const D: usize>(
                 shift[k] = -(scaled[j][k] - scaled[i][k]).round();
             }
             let image = cell.translation(&shift);
-            let distance2: f64 =
-                (0..D).map(|k| (positions[j][k] - positions[i][k] + image[k]).powi(2)).sum();
+            let distance2: f64 = (0..D)
+                .map(|k| (positions[j][k] - positions[i][k] + image[k]).powi(2))
+                .sum();
             let reach = radii[i] + radii[j] + margin;
             if distance2 < reach * reach {
-                found.push(Pair { i: i as u32, j: j as u32, shift });
+                found.push(Pair {
+                    i: i as u32,
+                    j: j as u32,
+                    shift,
+                });
             }
         });
     }
@@ -63,7 +68,8 @@ struct Bins<const D: usize> {
 impl<const D: usize> Bins<D> {
     fn new(heights: &Vector<D>, cutoff: f64, scaled: &[Vector<D>]) -> Self {
         // More bins than grains in a direction would only cost memory.
-        let counts = heights.map(|height| ((height / cutoff) as usize).clamp(1, scaled.len().max(1)));
+        let counts =
+            heights.map(|height| ((height / cutoff) as usize).clamp(1, scaled.len().max(1)));
         let bin_of: Vec<[usize; D]> = scaled
             .iter()
             .map(|s| {
@@ -75,7 +81,12 @@ impl<const D: usize> Bins<D> {
                 bin
             })
             .collect();
-        let mut bins = Self { counts, bin_of, start: Vec::new(), members: Vec::new() };
+        let mut bins = Self {
+            counts,
+            bin_of,
+            start: Vec::new(),
+            members: Vec::new(),
+        };
         let total = counts.iter().product::<usize>();
         let mut size = vec![0u32; total + 1];
         for bin in &bins.bin_of {

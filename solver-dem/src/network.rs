@@ -100,7 +100,10 @@ impl Linear {
         let across = self.normal * dalpha - dtangential;
         let half = -0.5 * m.overlap * self.tangential;
         Rate {
-            force: [along * g.n[0] - across * g.n[1], along * g.n[1] + across * g.n[0]],
+            force: [
+                along * g.n[0] - across * g.n[1],
+                along * g.n[1] + across * g.n[0],
+            ],
             moments: [half + ai * dtangential, half + aj * dtangential],
         }
     }
@@ -134,7 +137,8 @@ pub(crate) fn tangent(
         return None;
     }
     // Rotations are scaled by a length so that all unknowns are displacements.
-    let length = 0.5 * contacts.iter().map(|c| c.geometry.distance).sum::<f64>() / contacts.len() as f64;
+    let length =
+        0.5 * contacts.iter().map(|c| c.geometry.distance).sum::<f64>() / contacts.len() as f64;
 
     let mut matrix = BlockMatrix::<3>::new(n, contacts.iter().map(|c| (c.i, c.j)));
     let mut loads = vec![[[0.0; 4]; 3]; n];
@@ -190,13 +194,23 @@ pub(crate) fn tangent(
             }
         }
     }
-    c.iter().flatten().flatten().flatten().all(|x| x.is_finite()).then_some(c)
+    c.iter()
+        .flatten()
+        .flatten()
+        .flatten()
+        .all(|x| x.is_finite())
+        .then_some(c)
 }
 
 /// The change of a branch vector with each component of L: du_a = δ_ak l_l, in the order kl =
 /// 11, 12, 21, 22.
 fn stretches(branch: &Vector<2>) -> [Vector<2>; 4] {
-    [[branch[0], 0.0], [branch[1], 0.0], [0.0, branch[0]], [0.0, branch[1]]]
+    [
+        [branch[0], 0.0],
+        [branch[1], 0.0],
+        [0.0, branch[0]],
+        [0.0, branch[1]],
+    ]
 }
 
 /// Adds −∂r/∂q of one contact.

@@ -17,9 +17,11 @@ use crate::{
 
 /// Solid fraction of the random grains before compression.
 const INITIAL_SOLID_FRACTION: f64 = 0.45;
-/// Largest strain of the cell per cycle while compressing: 400 grains meet at an inertial number
-/// near 5e-3.
-const COMPRESSION_RATE: f64 = 5e-5;
+/// Largest strain of the cell per cycle while compressing, and the damping meanwhile: brisk and lightly
+/// damped, grains rearrange more and pack denser (e = 0.179–0.184 against 0.179–0.190 at the
+/// damping of a load step).
+const COMPRESSION_RATE: f64 = 3e-4;
+const COMPRESSION_DAMPING: f64 = 0.2;
 
 /// What makes a packing. Lengths come out with the mean diameter a = 1; the response of a REV to a
 /// deformation has no length scale of its own.
@@ -69,7 +71,9 @@ pub enum PreparationError {
     #[error("invalid recipe: {0}")]
     Recipe(String),
     /// A phase did not settle.
-    #[error("{phase} did not settle in {cycles} cycles (residual {residual:.2e}, stress error {stress_error:.2e})")]
+    #[error(
+        "{phase} did not settle in {cycles} cycles (residual {residual:.2e}, stress error {stress_error:.2e})"
+    )]
     NotSettled {
         /// Which phase.
         phase: String,
@@ -81,7 +85,9 @@ pub enum PreparationError {
         stress_error: f64,
     },
     /// The cell became too small for its grains.
-    #[error("the cell is smaller than two cut-off lengths: take more grains or a smaller size ratio")]
+    #[error(
+        "the cell is smaller than two cut-off lengths: take more grains or a smaller size ratio"
+    )]
     TooFewGrains,
 }
 
@@ -109,13 +115,34 @@ impl Recipe {
     fn check(&self) -> Result<(), PreparationError> {
         let ranges = [
             (self.grains >= 16, "at least 16 grains are needed"),
-            (self.size_ratio >= 1.0 && self.size_ratio <= 20.0, "size_ratio must be in [1, 20]"),
-            (self.confining_stress > 0.0 && self.confining_stress.is_finite(), "confining_stress must be > 0"),
-            (self.stiffness >= 10.0 && self.stiffness.is_finite(), "stiffness must be at least 10"),
-            (self.tangential_stiffness >= 0.0 && self.tangential_stiffness <= 10.0, "tangential_stiffness must be in [0, 10]"),
-            (self.friction >= 0.0 && self.friction.is_finite(), "friction must be ≥ 0"),
-            (self.preparation_friction >= 0.0 && self.preparation_friction.is_finite(), "preparation_friction must be ≥ 0"),
-            (self.cohesion_ratio >= 0.0 && self.cohesion_ratio.is_finite(), "cohesion_ratio must be ≥ 0"),
+            (
+                self.size_ratio >= 1.0 && self.size_ratio <= 20.0,
+                "size_ratio must be in [1, 20]",
+            ),
+            (
+                self.confining_stress > 0.0 && self.confining_stress.is_finite(),
+                "confining_stress must be > 0",
+            ),
+            (
+                self.stiffness >= 10.0 && self.stiffness.is_finite(),
+                "stiffness must be at least 10",
+            ),
+            (
+                self.tangential_stiffness >= 0.0 && self.tangential_stiffness <= 10.0,
+                "tangential_stiffness must be in [0, 10]",
+            ),
+            (
+                self.friction >= 0.0 && self.friction.is_finite(),
+                "friction must be ≥ 0",
+            ),
+            (
+                self.preparation_friction >= 0.0 && self.preparation_friction.is_finite(),
+                "preparation_friction must be ≥ 0",
+            ),
+            (
+                self.cohesion_ratio >= 0.0 && self.cohesion_ratio.is_finite(),
+                "cohesion_ratio must be ≥ 0",
+            ),
         ];
         match ranges.iter().find(|(fine, _)| !fine) {
             Some((_, problem)) => Err(PreparationError::Recipe((*problem).into())),
@@ -132,16 +159,26 @@ impl Recipe {
 pub fn prepare(recipe: &Recipe) -> Result<(Rev<2, 1>, Quality), PreparationError> {
     recipe.check()?;
     let mut rng = Pcg64::seed_from_u64(recipe.seed);
-    let grains = Arc::new(Grains { radii: radii(recipe) });
+    let grains = Arc::new(Grains {
+        radii: radii(recipe),
+    });
     let (cell, positions) = scatter(&grains, &mut rng);
     let rev = Rev {
         grains,
         law: recipe.preparation_law(),
-        state: RevState { cell, positions, contacts: Vec::new() },
+        state: RevState {
+            cell,
+            positions,
+            contacts: Vec::new(),
+        },
     };
     let (mut rev, first) = equilibrate(&rev, recipe.confining_stress, "isotropic compression")?;
     rev.law = recipe.law();
-    let (rev, last) = equilibrate(&rev, recipe.confining_stress, "equilibration with the final law")?;
+    let (rev, last) = equilibrate(
+        &rev,
+        recipe.confining_stress,
+        "equilibration with the final law",
+    )?;
     let quality = Quality {
         residual: last.residual,
         stress_error: last.stress_error,
@@ -160,17 +197,36 @@ pub(crate) fn equilibrate(
     phase: &str,
 ) -> Result<(Rev<2, 1>, crate::relax::Relaxed), PreparationError> {
     let n = rev.state.positions.len();
-    let settings = Settings { tolerance: 1e-6, drift_tolerance: 1e-5, ..Settings::default() };
-    let mut assembly = Assembly::new(rev, rev.state.cell, rev.state.positions.clone(), vec![0.0; n])
-        .ok_or(PreparationError::TooFewGrains)?;
+    let settings = Settings {
+        tolerance: 1e-6,
+        drift_tolerance: 1e-5,
+        ..Settings::default()
+    };
+    let mut assembly = Assembly::new(
+        rev,
+        rev.state.cell,
+        rev.state.positions.clone(),
+        vec![0.0; n],
+    )
+    .ok_or(PreparationError::TooFewGrains)?;
+    assembly.damping = COMPRESSION_DAMPING;
     let stress = [[Some(-pressure), Some(0.0)], [None, Some(-pressure)]];
     let mut motion = CellMotion::stress_driven(stress, COMPRESSION_RATE);
-    let limits = Limits { friction: Friction::Path, cap: 400_000, rebase_after: u32::MAX };
+    let limits = Limits {
+        friction: Friction::Path,
+        cap: 400_000,
+        rebase_after: u32::MAX,
+    };
     let relaxed = relax(&mut assembly, &mut motion, &limits, &settings);
     match relaxed.outcome {
-        Outcome::Equilibrium => {
-            Ok((Rev { grains: rev.grains.clone(), law: rev.law, state: assembly.state() }, relaxed))
-        }
+        Outcome::Equilibrium => Ok((
+            Rev {
+                grains: rev.grains.clone(),
+                law: rev.law,
+                state: assembly.state(),
+            },
+            relaxed,
+        )),
         Outcome::CellTooSmall => Err(PreparationError::TooFewGrains),
         Outcome::Exhausted => Err(PreparationError::NotSettled {
             phase: phase.into(),
@@ -217,7 +273,9 @@ fn place(grains: &Grains, side: f64, rng: &mut Pcg64) -> Option<Vec<Vector<2>>> 
                 d2 > (radius + other).powi(2)
             })
         };
-        let position = (0..20_000).map(|_| [side * uniform(rng), side * uniform(rng)]).find(free)?;
+        let position = (0..20_000)
+            .map(|_| [side * uniform(rng), side * uniform(rng)])
+            .find(free)?;
         placed.push(position);
     }
     Some(placed)

@@ -39,7 +39,15 @@ impl CellMotion {
         ramp: u32,
         rate_limit: f64,
     ) -> Self {
-        Self { gradient: from, from, to, stress, rate: [[0.0; 2]; 2], ramp, rate_limit }
+        Self {
+            gradient: from,
+            from,
+            to,
+            stress,
+            rate: [[0.0; 2]; 2],
+            ramp,
+            rate_limit,
+        }
     }
 
     fn is_driven(&self) -> bool {
@@ -62,8 +70,17 @@ impl CellMotion {
 
     /// The largest stress asked for, or the present mean stress where only zero is asked for.
     fn scale(&self, stress: &Tensor2<2>) -> f64 {
-        let asked = self.stress.iter().flatten().flatten().fold(0.0, |a: f64, s| a.max(s.abs()));
-        if asked > 0.0 { asked } else { mean(stress).abs() }
+        let asked = self
+            .stress
+            .iter()
+            .flatten()
+            .flatten()
+            .fold(0.0, |a: f64, s| a.max(s.abs()));
+        if asked > 0.0 {
+            asked
+        } else {
+            mean(stress).abs()
+        }
     }
 
     /// Moves the cell by one cycle. A driven component obeys M F̈ = V (σ_target − σ), damped like
@@ -87,14 +104,18 @@ impl CellMotion {
         let limit = self.rate_limit / dt;
         for k in 0..2 {
             for l in 0..2 {
-                let Some(target) = self.stress[k][l] else { continue };
+                let Some(target) = self.stress[k][l] else {
+                    continue;
+                };
                 let rate = &mut self.rate[k][l];
-                let pull = damped(target - stress[k][l], *rate);
+                let pull = damped(target - stress[k][l], *rate, assembly.damping);
                 *rate = (*rate + dt * pull / inertia).clamp(-limit, limit);
                 next[k][l] = self.gradient[k][l] + dt * *rate;
             }
         }
-        let Some(back) = invert(&self.gradient).1 else { return };
+        let Some(back) = invert(&self.gradient).1 else {
+            return;
+        };
         let mut l = product(&next, &back);
         for k in 0..2 {
             l[k][k] -= 1.0;

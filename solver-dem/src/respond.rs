@@ -82,7 +82,9 @@ pub struct Response {
 #[derive(Clone, Debug, Error, PartialEq, Serialize, Deserialize)]
 pub enum EquilibriumError {
     /// The gradient asked for is not a motion of a solid.
-    #[error("deformation gradient {gradient:?} is not finite or turns the cell inside out (det F = {determinant:e})")]
+    #[error(
+        "deformation gradient {gradient:?} is not finite or turns the cell inside out (det F = {determinant:e})"
+    )]
     NotAMotion {
         /// F as asked for.
         gradient: Tensor2<2>,
@@ -93,7 +95,9 @@ pub enum EquilibriumError {
     #[error("invalid REV state: {0}")]
     InvalidState(String),
     /// Images of a grain would meet.
-    #[error("cell height {height:.4} fell below two cut-off lengths ({needed:.4}) after {cycles} cycles: the REV is too small for this deformation")]
+    #[error(
+        "cell height {height:.4} fell below two cut-off lengths ({needed:.4}) after {cycles} cycles: the REV is too small for this deformation"
+    )]
     CellTooSmall {
         /// The smallest distance between opposite faces.
         height: f64,
@@ -103,7 +107,9 @@ pub enum EquilibriumError {
         cycles: u32,
     },
     /// Every solver ran into its cap.
-    #[error("no equilibrium within {cycles} cycles: residual {residual:.2e} (asked {tolerance:.0e}), drift {drift:.2e}, stress error {stress_error:.2e}")]
+    #[error(
+        "no equilibrium within {cycles} cycles: residual {residual:.2e} (asked {tolerance:.0e}), drift {drift:.2e}, stress error {stress_error:.2e}"
+    )]
     NotReached {
         /// Cycles of all solvers.
         cycles: u32,
@@ -144,7 +150,11 @@ pub fn respond(
     };
     let relaxed = relax(&mut assembly, &mut motion, &limits, settings);
     if relaxed.outcome == Outcome::Equilibrium {
-        let method = if relaxed.rebased { Method::Rebased } else { Method::ReturnMapping };
+        let method = if relaxed.rebased {
+            Method::Rebased
+        } else {
+            Method::ReturnMapping
+        };
         return answer(base, &assembly, *gradient, &relaxed, method, settings);
     }
     follow_path(base, gradient, [[None; 2]; 2], settings, relaxed.cycles)
@@ -159,9 +169,13 @@ pub(crate) fn follow_path(
     cycles_before: u32,
 ) -> Result<Response, EquilibriumError> {
     let n = base.state.positions.len();
-    let mut assembly =
-        Assembly::new(base, base.state.cell, base.state.positions.clone(), vec![0.0; n])
-            .ok_or_else(|| too_small(base, &base.state.cell, cycles_before))?;
+    let mut assembly = Assembly::new(
+        base,
+        base.state.cell,
+        base.state.positions.clone(),
+        vec![0.0; n],
+    )
+    .ok_or_else(|| too_small(base, &base.state.cell, cycles_before))?;
     let mut strain: f64 = 0.0;
     for k in 0..2 {
         for l in 0..2 {
@@ -174,7 +188,11 @@ pub(crate) fn follow_path(
         f64::from(settings.path_cap.max(settings.ramp_min_cycles)),
     ) as u32;
     let mut motion = CellMotion::new(identity(), *gradient, stress, ramp, 1e-4);
-    let limits = Limits { friction: Friction::Path, cap: settings.path_cap, rebase_after: u32::MAX };
+    let limits = Limits {
+        friction: Friction::Path,
+        cap: settings.path_cap,
+        rebase_after: u32::MAX,
+    };
     let mut relaxed = relax(&mut assembly, &mut motion, &limits, settings);
     relaxed.cycles += cycles_before;
     finish(base, &assembly, &motion, &relaxed, Method::Path, settings)
@@ -204,14 +222,21 @@ pub(crate) fn finish(
 
 fn too_small(base: &Rev<2, 1>, cell: &crate::Cell<2>, cycles: u32) -> EquilibriumError {
     let cutoff = 2.0 * base.grains.largest_radius() + 0.1 * base.grains.mean_diameter();
-    EquilibriumError::CellTooSmall { height: cell.smallest_height(), needed: 2.0 * cutoff, cycles }
+    EquilibriumError::CellTooSmall {
+        height: cell.smallest_height(),
+        needed: 2.0 * cutoff,
+        cycles,
+    }
 }
 
 /// Refuses what no relaxation could mend.
 pub(crate) fn check(base: &Rev<2, 1>, gradient: &Tensor2<2>) -> Result<(), EquilibriumError> {
     let (determinant, inverse) = invert(gradient);
     if inverse.is_none() || determinant.is_nan() || determinant <= 0.0 {
-        return Err(EquilibriumError::NotAMotion { gradient: *gradient, determinant });
+        return Err(EquilibriumError::NotAMotion {
+            gradient: *gradient,
+            determinant,
+        });
     }
     let n = base.state.positions.len();
     if n == 0 || base.grains.radii.len() != n {
@@ -221,15 +246,26 @@ pub(crate) fn check(base: &Rev<2, 1>, gradient: &Tensor2<2>) -> Result<(), Equil
         )));
     }
     if !base.grains.radii.iter().all(|r| r.is_finite() && *r > 0.0) {
-        return Err(EquilibriumError::InvalidState("a radius is not positive".into()));
+        return Err(EquilibriumError::InvalidState(
+            "a radius is not positive".into(),
+        ));
     }
     let law = &base.law;
     let stiff = law.normal_stiffness > 0.0 && law.normal_stiffness.is_finite();
     if !stiff || !law.tangential_stiffness.is_finite() || law.tangential_stiffness < 0.0 {
-        return Err(EquilibriumError::InvalidState("a contact stiffness is out of range".into()));
+        return Err(EquilibriumError::InvalidState(
+            "a contact stiffness is out of range".into(),
+        ));
     }
-    if base.state.contacts.iter().any(|c| c.j as usize >= n || c.i >= c.j) {
-        return Err(EquilibriumError::InvalidState("a contact names a grain that is not there".into()));
+    if base
+        .state
+        .contacts
+        .iter()
+        .any(|c| c.j as usize >= n || c.i >= c.j)
+    {
+        return Err(EquilibriumError::InvalidState(
+            "a contact names a grain that is not there".into(),
+        ));
     }
     Ok(())
 }
@@ -254,16 +290,29 @@ pub(crate) fn configuration(
     {
         let from_start = product(&cell.h, &back);
         let earlier = rotation_angle(&product(&start.state.cell.h, &base_back));
-        let spread = (0..4).map(|k| (from_start[k / 2][k % 2] - f64::from(u8::from(k / 2 == k % 2))).abs());
+        let spread =
+            (0..4).map(|k| (from_start[k / 2][k % 2] - f64::from(u8::from(k / 2 == k % 2))).abs());
         if spread.fold(0.0, f64::max) < 0.1 {
-            let positions =
-                start.state.positions.iter().map(|x| crate::tensor::apply(&from_start, x)).collect();
-            let rotations = start.rotations.iter().map(|theta| theta + (angle - earlier)).collect();
+            let positions = start
+                .state
+                .positions
+                .iter()
+                .map(|x| crate::tensor::apply(&from_start, x))
+                .collect();
+            let rotations = start
+                .rotations
+                .iter()
+                .map(|theta| theta + (angle - earlier))
+                .collect();
             return (positions, rotations);
         }
     }
-    let positions =
-        base.state.positions.iter().map(|x| crate::tensor::apply(gradient, x)).collect();
+    let positions = base
+        .state
+        .positions
+        .iter()
+        .map(|x| crate::tensor::apply(gradient, x))
+        .collect();
     (positions, vec![angle; n])
 }
 
@@ -292,7 +341,11 @@ pub(crate) fn answer(
         whole = again;
         &whole
     };
-    let closed = assembly.links.iter().filter(|link| link.overlap > 0.0).count();
+    let closed = assembly
+        .links
+        .iter()
+        .filter(|link| link.overlap > 0.0)
+        .count();
     let sliding = over_increment
         .links
         .iter()

@@ -26,7 +26,11 @@ impl Grains {
 
     /// The area (2D) or volume (3D) of all grains, overlaps counted twice.
     pub fn solid_volume<const D: usize>(&self) -> f64 {
-        let unit = if D == 2 { std::f64::consts::PI } else { 4.0 / 3.0 * std::f64::consts::PI };
+        let unit = if D == 2 {
+            std::f64::consts::PI
+        } else {
+            4.0 / 3.0 * std::f64::consts::PI
+        };
         unit * self.radii.iter().map(|r| r.powi(D as i32)).sum::<f64>()
     }
 }

@@ -27,7 +27,12 @@ pub fn to_bytes<'a>(values: impl Iterator<Item = &'a f64>) -> Vec<u8> {
 /// The numbers back; `None` when the length is no multiple of 8.
 pub fn from_bytes(bytes: &[u8]) -> Option<Vec<f64>> {
     let (chunks, rest) = bytes.as_chunks::<8>();
-    rest.is_empty().then(|| chunks.iter().map(|chunk| f64::from_le_bytes(*chunk)).collect())
+    rest.is_empty().then(|| {
+        chunks
+            .iter()
+            .map(|chunk| f64::from_le_bytes(*chunk))
+            .collect()
+    })
 }
 
 impl<const D: usize, const S: usize> Serialize for RevState<D, S> {
@@ -69,12 +74,20 @@ impl<'de, const D: usize, const S: usize> Deserialize<'de> for RevState<D, S> {
             if j as usize >= positions.len() || i >= j {
                 return Err(torn());
             }
-            contacts.push(Contact { i, j, tangential: *force });
+            contacts.push(Contact {
+                i,
+                j,
+                tangential: *force,
+            });
         }
         if bytes.next().is_some() {
             return Err(torn());
         }
-        Ok(Self { cell: wire.cell, positions: positions.to_vec(), contacts })
+        Ok(Self {
+            cell: wire.cell,
+            positions: positions.to_vec(),
+            contacts,
+        })
     }
 }
 

@@ -103,7 +103,14 @@ impl<const B: usize> BlockLu<B> {
                 }
             }
         }
-        Some(Self { order, start, later, pivots, upper, lower })
+        Some(Self {
+            order,
+            start,
+            later,
+            pivots,
+            upper,
+            lower,
+        })
     }
 
     /// Solves A·x = b in place for `R` right-hand sides; `b[grain][row][case]`.
@@ -146,7 +153,9 @@ fn minimum_degree(n: usize, edges: &[(usize, usize)]) -> (Vec<usize>, Vec<Vec<us
         adjacent[j * words + i / 64] |= 1 << (i % 64);
     }
     let count = |set: &[u64]| set.iter().map(|w| w.count_ones()).sum::<u32>();
-    let mut degree: Vec<u32> = (0..n).map(|i| count(&adjacent[i * words..(i + 1) * words])).collect();
+    let mut degree: Vec<u32> = (0..n)
+        .map(|i| count(&adjacent[i * words..(i + 1) * words]))
+        .collect();
     let mut order = Vec::with_capacity(n);
     let mut fill = Vec::with_capacity(n);
     let mut clique = vec![0u64; words];
@@ -216,7 +225,11 @@ fn subtract_product<const B: usize>(c: &mut Block<B>, a: &Block<B>, b: &Block<B>
 }
 
 #[inline]
-fn subtract_applied<const B: usize, const R: usize>(y: &mut [[f64; R]; B], a: &Block<B>, x: &[[f64; R]; B]) {
+fn subtract_applied<const B: usize, const R: usize>(
+    y: &mut [[f64; R]; B],
+    a: &Block<B>,
+    x: &[[f64; R]; B],
+) {
     for i in 0..B {
         for j in 0..B {
             for r in 0..R {
@@ -249,7 +262,8 @@ mod tests {
         for grain in 0..n {
             for a in 0..3 {
                 for b in 0..3 {
-                    matrix.diagonal[grain][a][b] = value(grain * 9 + a * 3 + b) + if a == b { 6.0 } else { 0.0 };
+                    matrix.diagonal[grain][a][b] =
+                        value(grain * 9 + a * 3 + b) + if a == b { 6.0 } else { 0.0 };
                 }
             }
         }
@@ -262,7 +276,13 @@ mod tests {
             }
         }
         let exact: Vec<[[f64; 2]; 3]> = (0..n)
-            .map(|g| [[value(g), value(g + 5)], [value(g + 9), 1.0], [2.0, value(3 * g)]])
+            .map(|g| {
+                [
+                    [value(g), value(g + 5)],
+                    [value(g + 9), 1.0],
+                    [2.0, value(3 * g)],
+                ]
+            })
             .collect();
         let mut b = vec![[[0.0; 2]; 3]; n];
         let apply = |target: &mut [[f64; 2]; 3], block: &Block<3>, x: &[[f64; 2]; 3]| {
@@ -282,7 +302,12 @@ mod tests {
             apply(&mut b[j], &matrix.lower[e], &exact[i]);
         }
         BlockLu::factorise(matrix).unwrap().solve(&mut b);
-        for (x, y) in b.iter().flatten().flatten().zip(exact.iter().flatten().flatten()) {
+        for (x, y) in b
+            .iter()
+            .flatten()
+            .flatten()
+            .zip(exact.iter().flatten().flatten())
+        {
             assert!((x - y).abs() < 1e-12);
         }
     }
