@@ -8,14 +8,14 @@ use crate::{
     relax::{CellMotion, Limits, Outcome, relax},
     respond::{EquilibriumError, Method, Response, answer, check, configuration, follow_path},
     settings::Settings,
-    tensor::{Tensor2, identity},
+    tensor::{Tensor2, invert, product},
 };
 
 /// What is imposed on one component.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Component {
-    /// The component of F (1 on the diagonal means no stretch).
+    /// The component of the total F (1 on the diagonal means no stretch).
     Gradient(f64),
     /// The Cauchy stress, tension positive; the component of F follows.
     Stress(f64),
@@ -30,9 +30,9 @@ pub struct Control {
 }
 
 impl Control {
-    /// The prescribed part of F (identity where the stress is given) and the prescribed stresses.
-    fn split(&self) -> (Tensor2<2>, [[Option<f64>; 2]; 2]) {
-        let mut gradient = identity();
+    /// The prescribed part of F (unchanged where the stress is given) and the prescribed stresses.
+    fn split(&self, from: &Tensor2<2>) -> (Tensor2<2>, [[Option<f64>; 2]; 2]) {
+        let mut gradient = *from;
         let mut stress = [[None; 2]; 2];
         for k in 0..2 {
             for l in 0..2 {
@@ -46,7 +46,7 @@ impl Control {
     }
 }
 
-/// Brings `base` to equilibrium under `control`, with friction by return mapping or along the
+/// Brings `base`, whose total deformation gradient is `from`, to equilibrium under `control`, with friction by return mapping or along the
 /// path. The stress-controlled components of F are degrees of freedom of the cell and settle together
 /// with the grains.
 ///
@@ -54,22 +54,32 @@ impl Control {
 /// As [`crate::respond`], and when both shear components are stress-controlled.
 pub fn drive(
     base: &Rev<2, 1>,
+    from: &Tensor2<2>,
     control: &Control,
     method: Method,
     settings: &Settings,
 ) -> Result<Response, EquilibriumError> {
-    let (gradient, stress) = control.split();
-    check(base, &gradient)?;
+    let (gradient, stress) = control.split(from);
+    let step = match invert(from) {
+        (determinant, Some(back)) if determinant > 0.0 => product(&gradient, &back),
+        (determinant, _) => {
+            return Err(EquilibriumError::NotAMotion {
+                gradient: *from,
+                determinant,
+            });
+        }
+    };
+    check(base, &step)?;
     if stress[0][1].is_some() && stress[1][0].is_some() {
         return Err(EquilibriumError::InvalidState(
             "both shear components are stress-controlled, which leaves the rotation free".into(),
         ));
     }
     if method == Method::Path {
-        return follow_path(base, &gradient, stress, settings, 0);
+        return follow_path(base, from, &gradient, stress, settings, 0);
     }
-    let cell = base.state.cell.deformed(&gradient);
-    let (positions, rotations) = configuration(base, None, &gradient, &cell);
+    let cell = base.state.cell.deformed(&step);
+    let (positions, rotations) = configuration(base, None, &step, &cell);
     if let Some(mut assembly) = Assembly::new(base, cell, positions, rotations) {
         let mut motion = CellMotion::new(gradient, gradient, stress, 0, 1e-4);
         let limits = Limits {
@@ -86,7 +96,7 @@ pub fn drive(
             };
             return answer(base, &assembly, motion.gradient, &relaxed, method, settings);
         }
-        return follow_path(base, &gradient, stress, settings, relaxed.cycles);
+        return follow_path(base, from, &gradient, stress, settings, relaxed.cycles);
     }
-    follow_path(base, &gradient, stress, settings, 0)
+    follow_path(base, from, &gradient, stress, settings, 0)
 }

@@ -66,7 +66,8 @@ pub struct Response {
     pub state: RevState<2, 1>,
     /// Rotations of the grains over the increment, radians: with `state`, a [`Start`].
     pub rotations: Vec<f64>,
-    /// F from the base, as asked for or as found under stress control.
+    /// F as asked for, or as found under stress control: from the base in [`respond`], total in
+    /// [`crate::drive`].
     pub gradient: Tensor2<2>,
     /// Cauchy stress, tension positive.
     pub stress: Tensor2<2>,
@@ -157,12 +158,20 @@ pub fn respond(
         };
         return answer(base, &assembly, *gradient, &relaxed, method, settings);
     }
-    follow_path(base, gradient, [[None; 2]; 2], settings, relaxed.cycles)
+    follow_path(
+        base,
+        &identity(),
+        gradient,
+        [[None; 2]; 2],
+        settings,
+        relaxed.cycles,
+    )
 }
 
-/// The path solver: a slow ramp from the base, then relaxation.
+/// The path solver: a slow ramp of F from `from`, at the base, to `gradient`, then relaxation.
 pub(crate) fn follow_path(
     base: &Rev<2, 1>,
+    from: &Tensor2<2>,
     gradient: &Tensor2<2>,
     stress: [[Option<f64>; 2]; 2],
     settings: &Settings,
@@ -179,7 +188,7 @@ pub(crate) fn follow_path(
     let mut strain: f64 = 0.0;
     for k in 0..2 {
         for l in 0..2 {
-            strain = strain.max((gradient[k][l] - f64::from(u8::from(k == l))).abs());
+            strain = strain.max((gradient[k][l] - from[k][l]).abs());
         }
     }
     // A ramp longer than the cap would never end; such increments are cut by the caller.
@@ -187,7 +196,7 @@ pub(crate) fn follow_path(
         f64::from(settings.ramp_min_cycles),
         f64::from(settings.path_cap.max(settings.ramp_min_cycles)),
     ) as u32;
-    let mut motion = CellMotion::new(identity(), *gradient, stress, ramp, 1e-4);
+    let mut motion = CellMotion::new(*from, *gradient, stress, ramp, 1e-4);
     let limits = Limits {
         friction: Friction::Path,
         cap: settings.path_cap,
