@@ -1,0 +1,205 @@
+//! Which file lies where in a store's folder.
+
+use std::path::{Path, PathBuf};
+
+use crate::error::IoFailure;
+use crate::files;
+use crate::id::{Digest, RunName, StepIndex, WaveIndex};
+
+/// Begins the name of a run's folder while it is being made; no run name begins so.
+const NEW_RUN: &str = ".new-";
+/// Ends the name of a pack that was set aside.
+const ASIDE: &str = ".aside";
+
+/// A store's folder.
+#[derive(Clone, Debug)]
+pub(crate) struct Layout {
+    root: PathBuf,
+}
+
+/// What a file in a run's folder is, by its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum RunFile {
+    Pack(StepIndex),
+    Part(StepIndex, WaveIndex),
+    Temporary,
+    SetAside,
+    Other,
+}
+
+impl Layout {
+    pub(crate) fn new(root: &Path) -> Self {
+        Self {
+            root: root.to_owned(),
+        }
+    }
+
+    pub(crate) fn root(&self) -> &Path {
+        &self.root
+    }
+
+    pub(crate) fn lock(&self) -> PathBuf {
+        self.root.join("LOCK")
+    }
+
+    pub(crate) fn format(&self) -> PathBuf {
+        self.root.join("FORMAT")
+    }
+
+    pub(crate) fn meta(&self) -> PathBuf {
+        self.root.join("meta")
+    }
+
+    pub(crate) fn packs(&self) -> PathBuf {
+        self.root.join("packs")
+    }
+
+    pub(crate) fn cache(&self) -> PathBuf {
+        self.root.join("cache")
+    }
+
+    pub(crate) fn run(&self, run: &RunName) -> PathBuf {
+        self.packs().join(run.as_str())
+    }
+
+    pub(crate) fn new_run(&self, run: &RunName) -> PathBuf {
+        self.packs().join(format!("{NEW_RUN}{run}"))
+    }
+
+    pub(crate) fn state(&self, run: &RunName) -> PathBuf {
+        self.run(run).join("state.rmp")
+    }
+
+    pub(crate) fn events(&self, run: &RunName) -> PathBuf {
+        self.run(run).join("events.jsonl")
+    }
+
+    pub(crate) fn pack(&self, run: &RunName, step: StepIndex) -> PathBuf {
+        self.run(run).join(pack_name(step))
+    }
+
+    pub(crate) fn part(&self, run: &RunName, step: StepIndex, wave: WaveIndex) -> PathBuf {
+        self.run(run).join(part_name(step, wave))
+    }
+
+    pub(crate) fn cache_entry(&self, key: &Digest) -> PathBuf {
+        self.cache().join(format!("{key}.pack"))
+    }
+
+    /// The runs' names, in order, by their folders.
+    pub(crate) fn run_names(&self) -> Result<Vec<RunName>, IoFailure> {
+        let names = files::list(&self.packs())?;
+        Ok(names
+            .into_iter()
+            .filter_map(|n| RunName::new(n).ok())
+            .collect())
+    }
+
+    /// The folders of runs that were never finished being created.
+    pub(crate) fn unfinished_runs(&self) -> Result<Vec<PathBuf>, IoFailure> {
+        let names = files::list(&self.packs())?;
+        Ok(names
+            .iter()
+            .filter(|n| n.starts_with(NEW_RUN))
+            .map(|n| self.packs().join(n))
+            .collect())
+    }
+
+    /// The files of a run with their meaning, in the order of their names.
+    pub(crate) fn run_files(&self, run: &RunName) -> Result<Vec<(PathBuf, RunFile)>, IoFailure> {
+        let dir = self.run(run);
+        let names = files::list(&dir)?;
+        Ok(names
+            .into_iter()
+            .map(|n| (dir.join(&n), classify(&n)))
+            .collect())
+    }
+
+    /// The steps of which the run's folder has a pack, ascending.
+    pub(crate) fn pack_steps(&self, run: &RunName) -> Result<Vec<StepIndex>, IoFailure> {
+        let mut steps: Vec<_> = self
+            .run_files(run)?
+            .into_iter()
+            .filter_map(|(_, file)| match file {
+                RunFile::Pack(step) => Some(step),
+                _ => None,
+            })
+            .collect();
+        steps.sort();
+        Ok(steps)
+    }
+
+    /// The journalled waves of a step, ascending.
+    pub(crate) fn waves(
+        &self,
+        run: &RunName,
+        step: StepIndex,
+    ) -> Result<Vec<WaveIndex>, IoFailure> {
+        let mut waves: Vec<_> = self
+            .run_files(run)?
+            .into_iter()
+            .filter_map(|(_, file)| match file {
+                RunFile::Part(of, wave) if of == step => Some(wave),
+                _ => None,
+            })
+            .collect();
+        waves.sort();
+        Ok(waves)
+    }
+}
+
+/// Where a pack goes when its run is set back to before it.
+pub(crate) fn aside(pack: &Path) -> PathBuf {
+    let mut name = pack.as_os_str().to_owned();
+    name.push(ASIDE);
+    PathBuf::from(name)
+}
+
+fn pack_name(step: StepIndex) -> String {
+    format!("{:08}.pack", step.0)
+}
+
+fn part_name(step: StepIndex, wave: WaveIndex) -> String {
+    format!("{:08}.wave{:06}.part", step.0, wave.0)
+}
+
+fn classify(name: &str) -> RunFile {
+    if name.ends_with(".tmp") {
+        return RunFile::Temporary;
+    }
+    if name.ends_with(ASIDE) {
+        return RunFile::SetAside;
+    }
+    if let Some(step) = name.strip_suffix(".pack").and_then(|n| n.parse().ok()) {
+        let step = StepIndex(step);
+        if pack_name(step) == name {
+            return RunFile::Pack(step);
+        }
+    }
+    let part = name
+        .strip_suffix(".part")
+        .and_then(|n| n.split_once(".wave"));
+    if let Some((Ok(step), Ok(wave))) = part.map(|(s, w)| (s.parse(), w.parse())) {
+        let (step, wave) = (StepIndex(step), WaveIndex(wave));
+        if part_name(step, wave) == name {
+            return RunFile::Part(step, wave);
+        }
+    }
+    RunFile::Other
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_the_canonical_spelling_of_a_name_is_a_pack() {
+        assert_eq!(classify("00000012.pack"), RunFile::Pack(StepIndex(12)));
+        assert_eq!(classify("12.pack"), RunFile::Other);
+        assert_eq!(classify("+0000012.pack"), RunFile::Other);
+        let part = RunFile::Part(StepIndex(3), WaveIndex(1_234_567));
+        assert_eq!(classify("00000003.wave1234567.part"), part);
+        assert_eq!(classify("00000012.pack.tmp"), RunFile::Temporary);
+        assert_eq!(classify("00000012.pack.aside"), RunFile::SetAside);
+    }
+}
