@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 use serde_json::Value as Json;
 
 use super::path::Path;
-use super::report::{Report, list, suggest};
+use super::report::{Report, list, nearest, suggest};
 use super::tree::{Entry, Node, Value};
 
 /// The keywords that [`Checker`] applies.
@@ -128,6 +128,7 @@ impl<'s> Checker<'s, '_, '_> {
     fn map(&mut self, entries: &[Entry], schema: &'s Json, path: &Path) {
         let properties = schema.get("properties").and_then(Json::as_object);
         let others = schema.get("additionalProperties");
+        let mut meant: Vec<&str> = Vec::new();
         for entry in entries {
             let inner = path.key(entry.key.as_str());
             if let Some(property) = properties.and_then(|properties| properties.get(&entry.key)) {
@@ -140,6 +141,7 @@ impl<'s> Checker<'s, '_, '_> {
                     .flat_map(|map| map.keys().map(String::as_str))
                     .collect();
                 self.unknown_key(&inner, &entry.key, &known);
+                meant.extend(nearest(&entry.key, known.iter().copied()));
             }
         }
         for required in schema
@@ -151,7 +153,8 @@ impl<'s> Checker<'s, '_, '_> {
             let Some(key) = required.as_str() else {
                 continue;
             };
-            if !entries.iter().any(|entry| entry.key == key) {
+            // A misspelt key is not also missing.
+            if !entries.iter().any(|entry| entry.key == key) && !meant.contains(&key) {
                 let about = properties
                     .and_then(|map| map.get(key))
                     .and_then(|property| self.description(property));
@@ -249,7 +252,7 @@ impl<'s> Checker<'s, '_, '_> {
         };
         self.report.at(
             path,
-            format!("{} is {number}, it must be {wanted}", quoted(path)),
+            format!("{} is {}, it must be {wanted}", quoted(path), plain(number)),
             None,
         );
     }
@@ -363,7 +366,7 @@ fn describe(node: &Node) -> String {
         Value::Null | Value::Invalid => "empty".to_owned(),
         Value::Bool(bool) => format!("`{bool}`"),
         Value::Integer(integer) => format!("the number {integer}"),
-        Value::Float(float) => format!("the number {float}"),
+        Value::Float(float) => format!("the number {}", plain(*float)),
         Value::Text(text) => format!(
             "the text `{}`",
             text.chars().take(40).collect::<String>().escape_debug()
@@ -406,5 +409,15 @@ fn quoted(path: &Path) -> String {
         "the input".to_owned()
     } else {
         format!("`{path}`")
+    }
+}
+
+/// A number without a row of zeros.
+fn plain(number: f64) -> String {
+    let size = number.abs();
+    if size >= 1e16 || (size > 0.0 && size < 1e-5) {
+        format!("{number:e}")
+    } else {
+        number.to_string()
     }
 }

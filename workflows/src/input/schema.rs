@@ -53,3 +53,63 @@ fn forbid_null(schema: &mut Value) {
         _ => {}
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+    use crate::input::check::{APPLIED, IGNORED};
+
+    /// A keyword that the check does not know would be promised to editors and not held by the program.
+    #[test]
+    fn the_check_knows_every_keyword_of_the_schema() {
+        fn keywords(schema: &Value, found: &mut BTreeSet<String>) {
+            let Value::Object(map) = schema else { return };
+            for (key, value) in map {
+                found.insert(key.clone());
+                match (key.as_str(), value) {
+                    ("properties" | "$defs", Value::Object(named)) => {
+                        named.values().for_each(|v| keywords(v, found))
+                    }
+                    ("oneOf" | "anyOf", Value::Array(list)) => {
+                        list.iter().for_each(|v| keywords(v, found))
+                    }
+                    ("items" | "additionalProperties", inner) => keywords(inner, found),
+                    _ => {}
+                }
+            }
+        }
+        let mut found = BTreeSet::new();
+        keywords(&schema(), &mut found);
+        let unknown: Vec<_> = found
+            .iter()
+            .filter(|key| !APPLIED.contains(&key.as_str()) && !IGNORED.contains(&key.as_str()))
+            .collect();
+        assert!(unknown.is_empty(), "{unknown:?}");
+    }
+
+    /// `type: [..]` and `null` are not interpreted by the check.
+    #[test]
+    fn no_value_may_be_null() {
+        let text = schema().to_string();
+        assert!(!text.contains("\"null\"") && !text.contains("\"type\":["));
+    }
+
+    #[test]
+    fn every_key_is_described() {
+        let schema = schema();
+        let definitions = schema["$defs"].as_object().unwrap();
+        for (name, definition) in definitions
+            .iter()
+            .chain([(&"Document".to_owned(), &schema)])
+        {
+            for (key, property) in definition["properties"].as_object().into_iter().flatten() {
+                assert!(
+                    property["description"].is_string(),
+                    "{name}.{key} has no description"
+                );
+            }
+        }
+    }
+}

@@ -73,8 +73,8 @@ pub struct Region {
     /// Its material.
     pub material: String,
     /// Numbers of its elements, counted from 0.
-    #[schemars(length(min = 1))]
-    pub elements: Option<Vec<u32>>,
+    #[schemars(length(min = 1), inner(range(min = 0)))]
+    pub elements: Option<Vec<i64>>,
     /// A box; the elements belong whose centre lies in it.
     #[serde(rename = "box")]
     pub within: Option<Box2>,

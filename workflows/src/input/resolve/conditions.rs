@@ -150,6 +150,7 @@ fn one_kind(
         .map(|(key, _)| key)
         .collect();
     let message = match given.as_slice() {
+        [] if reader.is_misspelt(path) => return None,
         [] => format!("nothing is prescribed on `{}`", written.on),
         ["displacement"] => return Some(()),
         [load] if place.is_some_and(|place| place.kind == PlaceKind::Node) => {

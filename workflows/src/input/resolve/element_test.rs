@@ -15,7 +15,11 @@ pub fn read(
     materials: &Materials,
 ) -> Option<ElementTest> {
     let path = Path::root().key("element_test");
-    let written: document::ElementTest = reader.required(&path)?;
+    let Some(written): Option<document::ElementTest> = reader.required(&path) else {
+        // Which loads it would have brought along is not known.
+        loads.forget();
+        return None;
+    };
     let controls = match (written.path, &written.control) {
         (Some(usual), None) => {
             // Known only with the material; 0 stands for it where that is wrong, and nothing comes of it then.
@@ -36,7 +40,12 @@ pub fn read(
             check_volume(reader, &path, control);
             xx.zip(yy).zip(xy).map(|((xx, yy), xy)| [xx, yy, xy])
         }
+        (None, None) if reader.is_misspelt(&path) => {
+            loads.forget();
+            None
+        }
         _ => {
+            loads.forget();
             let message = "an element test is given by exactly one of `path` and `control`";
             reader.report.at(
                 &path,

@@ -1,10 +1,13 @@
 //! The named loads and who refers to them.
 
+use std::collections::BTreeSet;
+
 use super::read::Reader;
 use crate::input::document;
 use crate::input::path::Path;
 use crate::input::problem::Amount;
 use crate::input::report::suggest;
+use crate::input::tree::Value;
 
 struct Load {
     name: String,
@@ -18,6 +21,8 @@ pub struct Loads {
     loads: Vec<Load>,
     /// Whether the section could be read; if not, unknown names are no news.
     known: bool,
+    /// Names already reported as not declared.
+    missed: BTreeSet<String>,
 }
 
 impl Loads {
@@ -39,7 +44,11 @@ impl Loads {
                 }
             })
             .collect();
-        Self { loads, known }
+        Self {
+            loads,
+            known,
+            missed: BTreeSet::new(),
+        }
     }
 
     pub fn names(&self) -> impl Iterator<Item = &str> + Clone {
@@ -69,18 +78,32 @@ impl Loads {
         Amount::Load(index)
     }
 
-    /// The load that is named at `path`.
-    pub fn find(&self, reader: &mut Reader<'_, '_>, path: &Path, name: &str) -> Option<usize> {
+    /// Some loads may be missing here through another mistake: unknown names are no news any more.
+    pub fn forget(&mut self) {
+        self.known = false;
+    }
+
+    /// The load that is named by the key or the value at `path`.
+    pub fn find(&mut self, reader: &mut Reader<'_, '_>, path: &Path, name: &str) -> Option<usize> {
         let found = self.loads.iter().position(|load| load.name == name);
-        if found.is_none() && self.known {
+        if found.is_none() && self.known && !self.missed.contains(name) {
             let help = if self.loads.is_empty() {
+                // One declaration settles all that use it.
+                self.missed.insert(name.to_owned());
                 format!("declare it with its initial value: `loads: {{ {name}: 0 }}`")
             } else {
                 suggest(name, self.names(), "loads")
             };
-            reader
+            let message = format!("there is no load `{name}`");
+            match reader
                 .report
-                .at(path, format!("there is no load `{name}`"), help);
+                .tree()
+                .locate(path)
+                .map(|(node, _)| &node.value)
+            {
+                Some(Value::Text(_)) => reader.report.at(path, message, help),
+                _ => reader.report.at_key(path, message, help),
+            }
         }
         found
     }

@@ -104,6 +104,7 @@ fn material(
                 .at_key(&path, message, "keep one; `like` counts too".to_owned());
             return None;
         }
+        (None, None) if reader.is_misspelt(&path) => return None,
         (None, None) => {
             let help = "add `rev: {}` or `elastic: { young: …, poisson: … }`".to_owned();
             reader.report.at_key(

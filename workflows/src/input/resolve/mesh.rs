@@ -138,7 +138,10 @@ fn region(
     let selection = match (written.elements, written.within) {
         (Some(elements), None) => {
             check_elements(reader, &path.key("elements"), &elements, mesh);
-            Some(Selection::Elements(elements))
+            let numbers = elements
+                .into_iter()
+                .map(|element| u32::try_from(element).ok());
+            numbers.collect::<Option<_>>().map(Selection::Elements)
         }
         (None, Some(within)) => {
             for axis in 0..2 {
@@ -155,6 +158,7 @@ fn region(
             }
             Some(Selection::Box(within))
         }
+        (None, None) if reader.is_misspelt(path) => None,
         _ => {
             let message = format!(
                 "region `{}` must be given by exactly one of `elements` and `box`",
@@ -171,12 +175,13 @@ fn region(
     })
 }
 
-fn check_elements(reader: &mut Reader<'_, '_>, path: &Path, elements: &[u32], mesh: Option<&Mesh>) {
+fn check_elements(reader: &mut Reader<'_, '_>, path: &Path, elements: &[i64], mesh: Option<&Mesh>) {
     let Some(count) = mesh.map(Mesh::element_count) else {
         return;
     };
     for (index, &element) in elements.iter().enumerate() {
-        if u64::from(element) >= count {
+        // A negative number fails the schema.
+        if u64::try_from(element).is_ok_and(|element| element >= count) {
             let help = format!(
                 "the mesh has {count} elements, numbered from 0 to {}",
                 count.saturating_sub(1)

@@ -38,7 +38,7 @@ pub fn resolve(
     let mut loads = Loads::read(&mut reader);
     let materials = Materials::read(&mut reader, base);
     let model = model(&mut reader, &mut loads, &materials);
-    let programme = programme::read(&mut reader, &loads);
+    let programme = programme::read(&mut reader, &mut loads);
     let solver: Option<SolverSettings> = reader.optional(&root.key("solver"));
     if let Some(solver) = &solver {
         check_solver(&mut reader, solver);
@@ -93,7 +93,7 @@ fn model(reader: &mut Reader<'_, '_>, loads: &mut Loads, materials: &Materials) 
         let test = element_test::read(reader, loads, material, materials);
         return test.map(Model::ElementTest);
     }
-    if !has(reader, "mesh") {
+    if !has(reader, "mesh") && reader.keys(&root).is_some() && !reader.is_misspelt(&root) {
         let help =
             "add `mesh: { rectangle: … }` or `mesh: { annulus: … }`, or an `element_test: …`"
                 .to_owned();

@@ -8,7 +8,7 @@ use crate::input::programme::{MOST_STEPS, Programme, Stage, Way};
 use crate::input::report::list;
 
 /// Reads the programme.
-pub fn read(reader: &mut Reader<'_, '_>, loads: &Loads) -> Option<Programme> {
+pub fn read(reader: &mut Reader<'_, '_>, loads: &mut Loads) -> Option<Programme> {
     let section = Path::root().key("programme");
     let mut seen: Vec<String> = Vec::new();
     let mut stages = Some(Vec::new());
@@ -36,7 +36,7 @@ pub fn read(reader: &mut Reader<'_, '_>, loads: &Loads) -> Option<Programme> {
 fn stage(
     reader: &mut Reader<'_, '_>,
     path: &Path,
-    loads: &Loads,
+    loads: &mut Loads,
     seen: &mut Vec<String>,
 ) -> Option<Stage> {
     // The name is looked at even where the rest of the stage is wrong.
@@ -91,6 +91,7 @@ fn stage(
                 .map(|(key, _)| key)
                 .collect();
             let message = match given.as_slice() {
+                [] if reader.is_misspelt(path) => return None,
                 [] => format!("stage `{}` does nothing", written.name),
                 several => format!(
                     "stage `{}` cannot be {} at once",
@@ -122,7 +123,7 @@ fn stage(
 fn way<'a>(
     reader: &mut Reader<'_, '_>,
     path: &Path,
-    loads: &Loads,
+    loads: &mut Loads,
     targets: impl Iterator<Item = (&'a str, f64)>,
 ) -> Option<Way> {
     let mut found = Vec::new();

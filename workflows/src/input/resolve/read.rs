@@ -73,6 +73,15 @@ impl Reader<'_, '_> {
         self.report.tree().locate(path).is_some()
     }
 
+    /// Whether the map at `path` has a key that does not exist: what seems to be missing there is then misspelt.
+    pub fn is_misspelt(&self, path: &Path) -> bool {
+        self.unknown.iter().any(|key| {
+            key.segments()
+                .split_last()
+                .is_some_and(|(_, parent)| parent == path.segments())
+        })
+    }
+
     fn convert(&self, node: &Node, path: &Path) -> Option<Json> {
         Some(match &node.value {
             Value::Null | Value::Invalid => return None,
