@@ -38,8 +38,9 @@ fn a_deleted_emptied_or_garbled_database_is_rebuilt() {
         ("log emptied", |meta| {
             fs::write(meta.join("db"), "").unwrap()
         }),
-        ("configuration garbled", |meta| {
-            fs::write(meta.join("conf"), "x").unwrap()
+        ("log garbled", |meta| {
+            let len = fs::metadata(meta.join("db")).unwrap().len() as usize;
+            fs::write(meta.join("db"), vec![0xa5; len]).unwrap();
         }),
     ];
     for (what, harm) in harms {
