@@ -1,0 +1,45 @@
+//! Files for other programs. They are derived from committed steps, never the other way round, and each appears whole or
+//! not at all.
+
+mod base64;
+pub mod csv;
+mod file;
+pub mod pvd;
+pub mod vtu;
+
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+/// Why a file could not be written. Reads after "failed to write the output".
+#[derive(Debug, Error)]
+pub enum WriteError {
+    /// The file system refused.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Its reason.
+        source: std::io::Error,
+    },
+    /// An array does not have one value for each point, cell or column.
+    #[error("`{name}` has {found} values where {expected} belong")]
+    Count {
+        /// The array.
+        name: String,
+        /// The number of points, cells or columns.
+        expected: usize,
+        /// The number of its values.
+        found: usize,
+    },
+    /// A cell refers to a point that does not exist.
+    #[error("cell {cell} refers to point {point}, there are only {points}")]
+    Connectivity {
+        /// The cell, from 0.
+        cell: usize,
+        /// The point, from 0.
+        point: u32,
+        /// The number of points.
+        points: usize,
+    },
+}
