@@ -58,7 +58,11 @@ pub fn point_geometry<const D: usize>(
     }
     let (determinant, inverse) = tensor::determinant_and_inverse(&jacobian);
     // Written so that a NaN is refused too.
-    let inverse = if determinant > 0.0 { inverse? } else { return None };
+    let inverse = if determinant > 0.0 {
+        inverse?
+    } else {
+        return None;
+    };
     let gradients = reference
         .gradients
         .iter()
@@ -72,7 +76,10 @@ pub fn point_geometry<const D: usize>(
             result
         })
         .collect();
-    Some(PointGeometry { gradients, volume: determinant * reference.weight })
+    Some(PointGeometry {
+        gradients,
+        volume: determinant * reference.weight,
+    })
 }
 
 /// F_ij = δ_ij + (x_a,i − X_a,i) ∂N_a/∂X_j, `geometry` and `base` being the configuration X.

@@ -208,7 +208,14 @@ pub(crate) fn flatten2<'a, const D: usize>(
 pub(crate) fn flatten4<'a, const D: usize>(
     tensors: impl IntoIterator<Item = &'a Tensor4<D>>,
 ) -> Vec<f64> {
-    tensors.into_iter().flatten().flatten().flatten().flatten().copied().collect()
+    tensors
+        .into_iter()
+        .flatten()
+        .flatten()
+        .flatten()
+        .flatten()
+        .copied()
+        .collect()
 }
 
 /// Euclidean norm, summed in the order of the slice.
@@ -231,7 +238,11 @@ mod tests {
                 assert!((unit[i][j] - if i == j { 1.0 } else { 0.0 }).abs() < 1e-15);
             }
         }
-        assert!(determinant_and_inverse(&[[1.0, 2.0], [2.0, 4.0]]).1.is_none());
+        assert!(
+            determinant_and_inverse(&[[1.0, 2.0], [2.0, 4.0]])
+                .1
+                .is_none()
+        );
     }
 
     #[test]

@@ -89,8 +89,14 @@ impl Element<2> for Q8 {
     /// 1, ξ, η, ξη are orthogonal, so each coefficient is a plain quotient of sums.
     fn extrapolation(&self) -> Vec<f64> {
         let basis = |[x, y]: [f64; 2]| [1.0, x, y, x * y];
-        let points: Vec<_> = self.quadrature().iter().map(|point| basis(point.xi)).collect();
-        let nodes = CORNERS.into_iter().chain([[0.0, -1.0], [1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]]);
+        let points: Vec<_> = self
+            .quadrature()
+            .iter()
+            .map(|point| basis(point.xi))
+            .collect();
+        let nodes = CORNERS
+            .into_iter()
+            .chain([[0.0, -1.0], [1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]]);
         let mut matrix = Vec::with_capacity(8 * points.len());
         for node in nodes.map(basis) {
             for point in &points {
@@ -126,14 +132,19 @@ mod tests {
             element.shape(&down, &mut below);
             for a in 0..8 {
                 let difference = (above[a] - below[a]) / (2.0 * h);
-                assert!((difference - gradients[a][direction]).abs() < 1e-9, "node {a}");
+                assert!(
+                    (difference - gradients[a][direction]).abs() < 1e-9,
+                    "node {a}"
+                );
             }
         }
     }
 
     #[test]
     fn shape_functions_are_one_at_their_own_node_only() {
-        let nodes = CORNERS.into_iter().chain([[0.0, -1.0], [1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]]);
+        let nodes = CORNERS
+            .into_iter()
+            .chain([[0.0, -1.0], [1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]]);
         for (a, node) in nodes.enumerate() {
             let mut values = [0.0; 8];
             Q8::default().shape(&node, &mut values);

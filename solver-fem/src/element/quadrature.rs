@@ -39,7 +39,10 @@ pub fn tensor_product<const D: usize>(order: GaussOrder) -> Vec<QuadraturePoint<
     (0..count)
         .map(|number| {
             let mut rest = number;
-            let mut point = QuadraturePoint { xi: [0.0; D], weight: 1.0 };
+            let mut point = QuadraturePoint {
+                xi: [0.0; D],
+                weight: 1.0,
+            };
             for coordinate in &mut point.xi {
                 let (x, w) = line[rest % line.len()];
                 *coordinate = x;
@@ -64,7 +67,13 @@ mod tests {
                         .iter()
                         .map(|point| point.weight * point.xi[0].powi(p) * point.xi[1].powi(q))
                         .sum();
-                    let line = |n: i32| if n % 2 == 0 { 2.0 / f64::from(n + 1) } else { 0.0 };
+                    let line = |n: i32| {
+                        if n % 2 == 0 {
+                            2.0 / f64::from(n + 1)
+                        } else {
+                            0.0
+                        }
+                    };
                     assert!((sum - line(p) * line(q)).abs() < 1e-14, "{order:?} {p} {q}");
                 }
             }

@@ -136,7 +136,11 @@ impl<const D: usize> Mesh<D> {
             for (position, &node) in nodes.iter().enumerate() {
                 match used.get_mut(node) {
                     Some(flag) => *flag = true,
-                    None => problems.push(MeshProblem::UnknownNode { element, node, count }),
+                    None => problems.push(MeshProblem::UnknownNode {
+                        element,
+                        node,
+                        count,
+                    }),
                 }
                 if nodes[..position].contains(&node) {
                     problems.push(MeshProblem::RepeatedNode { element, node });
@@ -157,7 +161,11 @@ impl<const D: usize> Mesh<D> {
         let count = self.region_names.len();
         for (element, &region) in self.regions.iter().enumerate() {
             if region >= count {
-                problems.push(MeshProblem::UnknownRegion { element, region, count });
+                problems.push(MeshProblem::UnknownRegion {
+                    element,
+                    region,
+                    count,
+                });
             }
         }
     }
@@ -201,7 +209,10 @@ impl<const D: usize> Mesh<D> {
             if volume.abs() <= negligible {
                 problems.push(MeshProblem::ZeroArea { element: number });
             } else if smallest <= negligible {
-                problems.push(MeshProblem::Inverted { element: number, point: worst });
+                problems.push(MeshProblem::Inverted {
+                    element: number,
+                    point: worst,
+                });
             }
         }
     }
@@ -212,7 +223,10 @@ impl<const D: usize> Mesh<D> {
                 problems.push(MeshProblem::Empty { name: name.clone() });
             }
             let (elements, sides) = (self.element_count(), element.facet_count());
-            if facets.iter().any(|facet| facet.element >= elements || facet.local >= sides) {
+            if facets
+                .iter()
+                .any(|facet| facet.element >= elements || facet.local >= sides)
+            {
                 problems.push(MeshProblem::Dangling { name: name.clone() });
             }
         }
@@ -235,7 +249,10 @@ mod tests {
 
     #[test]
     fn every_fault_is_named_at_once() {
-        let rectangle = Rectangle { size: [2.0, 1.0], elements: [2, 1] };
+        let rectangle = Rectangle {
+            size: [2.0, 1.0],
+            elements: [2, 1],
+        };
         let mut mesh = Mesh::rectangle(&rectangle).expect("sound");
         assert_eq!(mesh.check(&Q8::default()), vec![]);
         mesh.boundaries.insert("nowhere".into(), vec![]);
@@ -245,8 +262,12 @@ mod tests {
         }
         let problems = mesh.check(&Q8::default());
         assert!(problems.contains(&MeshProblem::ZeroArea { element: 1 }));
-        assert!(problems.contains(&MeshProblem::Empty { name: "nowhere".into() }));
-        assert!(problems.contains(&MeshProblem::Dangling { name: "beyond".into() }));
+        assert!(problems.contains(&MeshProblem::Empty {
+            name: "nowhere".into()
+        }));
+        assert!(problems.contains(&MeshProblem::Dangling {
+            name: "beyond".into()
+        }));
         assert_eq!(
             MeshProblem::ZeroArea { element: 1 }.to_string(),
             "element e1 has zero area",
@@ -256,7 +277,10 @@ mod tests {
 
     #[test]
     fn a_clockwise_element_is_named_inverted() {
-        let rectangle = Rectangle { size: [1.0, 1.0], elements: [1, 1] };
+        let rectangle = Rectangle {
+            size: [1.0, 1.0],
+            elements: [1, 1],
+        };
         let mut mesh = Mesh::rectangle(&rectangle).expect("sound");
         for node in &mut mesh.nodes {
             node[0] = -node[0];

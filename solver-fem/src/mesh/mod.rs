@@ -41,7 +41,10 @@ pub struct Mesh<const D: usize> {
 impl<const D: usize> Mesh<D> {
     /// Number of elements.
     pub fn element_count(&self) -> usize {
-        self.connectivity.len().checked_div(self.nodes_per_element).unwrap_or(0)
+        self.connectivity
+            .len()
+            .checked_div(self.nodes_per_element)
+            .unwrap_or(0)
     }
 
     /// Nodes of an element. `element` must be smaller than [`element_count`](Self::element_count).

@@ -50,11 +50,16 @@ impl<const D: usize> Mesh<D> {
     /// Elements whose centre lies in the ellipse Σ((x−c)_i/a_i)² ≤ 1, ascending.
     pub fn elements_in_ellipse(&self, centre: [f64; D], semi_axes: [f64; D]) -> Vec<usize> {
         self.elements_where(|x| {
-            (0..D).map(|i| ((x[i] - centre[i]) / semi_axes[i]).powi(2)).sum::<f64>() <= 1.0
+            (0..D)
+                .map(|i| ((x[i] - centre[i]) / semi_axes[i]).powi(2))
+                .sum::<f64>()
+                <= 1.0
         })
     }
 
     fn elements_where(&self, inside: impl Fn([f64; D]) -> bool) -> Vec<usize> {
-        (0..self.element_count()).filter(|&e| inside(self.element_centre(e))).collect()
+        (0..self.element_count())
+            .filter(|&e| inside(self.element_centre(e)))
+            .collect()
     }
 }

@@ -89,7 +89,11 @@ fn positive(what: &'static str, value: f64) -> Result<(), BuildError> {
 }
 
 fn at_least(what: &'static str, least: usize, found: usize) -> Result<(), BuildError> {
-    if found >= least { Ok(()) } else { Err(BuildError::TooFewElements { what, least, found }) }
+    if found >= least {
+        Ok(())
+    } else {
+        Err(BuildError::TooFewElements { what, least, found })
+    }
 }
 
 /// How the two ends of the second grid direction meet.
@@ -154,7 +158,12 @@ impl Mesh<2> {
     /// # Errors
     /// A radius or growth that is not positive, radii in the wrong order, too few elements.
     pub fn annulus(annulus: &Annulus) -> Result<Self, BuildError> {
-        let Annulus { inner_radius: inner, outer_radius: outer, growth, .. } = *annulus;
+        let Annulus {
+            inner_radius: inner,
+            outer_radius: outer,
+            growth,
+            ..
+        } = *annulus;
         positive("the inner radius", inner)?;
         positive("the outer radius", outer)?;
         positive("the growth ratio", growth)?;
@@ -163,7 +172,11 @@ impl Mesh<2> {
         }
         let full = annulus.extent == AnnulusExtent::Full;
         at_least("along the radius", 1, annulus.radial)?;
-        at_least("along the circumference", if full { 3 } else { 1 }, annulus.circumferential)?;
+        at_least(
+            "along the circumference",
+            if full { 3 } else { 1 },
+            annulus.circumferential,
+        )?;
 
         let quarters = match annulus.extent {
             AnnulusExtent::Quarter => 1.0,
@@ -186,7 +199,9 @@ impl Mesh<2> {
         mesh.boundaries.insert("inner".into(), inner);
         mesh.boundaries.insert("outer".into(), outer);
         let on_axis = |i: usize| -> Vec<usize> {
-            (0..mesh.nodes.len()).filter(|&node| mesh.nodes[node][i] == 0.0).collect()
+            (0..mesh.nodes.len())
+                .filter(|&node| mesh.nodes[node][i] == 0.0)
+                .collect()
         };
         match annulus.extent {
             AnnulusExtent::Quarter => {
@@ -222,7 +237,10 @@ fn graded(inner: f64, outer: f64, layers: usize, growth: f64) -> Vec<f64> {
         size *= growth;
     }
     let total = sums[layers];
-    let mut radii: Vec<f64> = sums.iter().map(|s| inner + (outer - inner) * s / total).collect();
+    let mut radii: Vec<f64> = sums
+        .iter()
+        .map(|s| inner + (outer - inner) * s / total)
+        .collect();
     radii[layers] = outer;
     radii
 }
@@ -244,7 +262,11 @@ fn direction(quarters: f64) -> [f64; 2] {
 
 /// Q8 grid: lattice points (i, j) of a (2nx+1) × (2ny+1) grid without the element middles.
 fn grid([nx, ny]: [usize; 2], closure: Closure, map: impl Fn(f64, f64) -> [f64; 2]) -> Mesh<2> {
-    let rows = if closure == Closure::Closed { 2 * ny } else { 2 * ny + 1 };
+    let rows = if closure == Closure::Closed {
+        2 * ny
+    } else {
+        2 * ny + 1
+    };
     let width = 2 * nx + 1;
     let mut numbers = vec![usize::MAX; rows * width];
     let mut nodes = Vec::new();
@@ -263,13 +285,23 @@ fn grid([nx, ny]: [usize; 2], closure: Closure, map: impl Fn(f64, f64) -> [f64; 
     for ey in 0..ny {
         for ex in 0..nx {
             let (i, j, element) = (2 * ex, 2 * ey, ey * nx + ex);
-            for (di, dj) in
-                [(0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1)]
-            {
+            for (di, dj) in [
+                (0, 0),
+                (2, 0),
+                (2, 2),
+                (0, 2),
+                (1, 0),
+                (2, 1),
+                (1, 2),
+                (0, 1),
+            ] {
                 connectivity.push(node(i + di, j + dj));
             }
             let mut side = |name: &str, local| {
-                sides.entry(name.to_owned()).or_default().push(Facet { element, local });
+                sides
+                    .entry(name.to_owned())
+                    .or_default()
+                    .push(Facet { element, local });
             };
             if ey == 0 && closure == Closure::Open {
                 side("bottom", 0);
@@ -315,13 +347,21 @@ mod tests {
 
     #[test]
     fn mid_side_nodes_of_a_cavity_lie_on_the_circle_not_on_its_chord() {
-        for extent in [AnnulusExtent::Quarter, AnnulusExtent::Half, AnnulusExtent::Full] {
+        for extent in [
+            AnnulusExtent::Quarter,
+            AnnulusExtent::Half,
+            AnnulusExtent::Full,
+        ] {
             let mesh = ring(extent);
             assert_eq!(mesh.check(&Q8::default()), vec![]);
             for (name, radius) in [("inner", 1.0), ("outer", 5.0)] {
                 assert_eq!(mesh.boundaries[name].len(), 8);
                 for facet in &mesh.boundaries[name] {
-                    let local = if name == "inner" { [3, 0, 7] } else { [1, 2, 5] };
+                    let local = if name == "inner" {
+                        [3, 0, 7]
+                    } else {
+                        [1, 2, 5]
+                    };
                     for a in local {
                         let [x, y] = mesh.nodes[mesh.element(facet.element)[a]];
                         assert!((x.hypot(y) - radius).abs() < 1e-14);
@@ -355,7 +395,10 @@ mod tests {
     #[test]
     fn the_bottom_middle_is_a_node_for_odd_and_even_meshes() {
         for nx in 1..5 {
-            let mesh = Mesh::rectangle(&Rectangle { size: [1.0, 2.0], elements: [nx, 3] });
+            let mesh = Mesh::rectangle(&Rectangle {
+                size: [1.0, 2.0],
+                elements: [nx, 3],
+            });
             let mesh = mesh.expect("sound");
             let node = mesh.node_sets["bottom_mid"][0];
             assert_eq!(mesh.nodes[node], [0.5, 0.0]);
@@ -365,9 +408,20 @@ mod tests {
 
     #[test]
     fn figures_that_make_no_mesh_are_refused_with_their_name() {
-        let error = Mesh::rectangle(&Rectangle { size: [-1.0, 2.0], elements: [1, 1] });
-        assert!(error.expect_err("refused").to_string().contains("the width"));
-        let error = Mesh::rectangle(&Rectangle { size: [1.0, 2.0], elements: [0, 1] });
+        let error = Mesh::rectangle(&Rectangle {
+            size: [-1.0, 2.0],
+            elements: [1, 1],
+        });
+        assert!(
+            error
+                .expect_err("refused")
+                .to_string()
+                .contains("the width")
+        );
+        let error = Mesh::rectangle(&Rectangle {
+            size: [1.0, 2.0],
+            elements: [0, 1],
+        });
         assert!(matches!(error, Err(BuildError::TooFewElements { .. })));
     }
 }

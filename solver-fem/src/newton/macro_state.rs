@@ -1,0 +1,147 @@
+//! The committed state of the macro scale: all the next step reads.
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::assembly::residual;
+use crate::constitutive::GaussPointId;
+use crate::kinematics::InvertedElement;
+use crate::problem::Problem;
+use crate::tensor::{self, Tensor2, Tensor4};
+
+/// State of the macro scale at the end of a step. Arrays are flat: nodes × D, or Gauss points × D²
+/// (stress, row by row) or × D⁴ (tangents, last index fastest).
+#[derive(Serialize, Deserialize, Clone, PartialEq, Debug, Default)]
+pub struct MacroState<const D: usize> {
+    /// Total displacement from the initial mesh.
+    pub displacement: Vec<f64>,
+    /// Node positions.
+    pub coordinates: Vec<f64>,
+    /// Cauchy stress at every Gauss point, tension positive.
+    pub stress: Vec<f64>,
+    /// Tangents of the last pure sweep, kept for the next predictor.
+    pub predictor_tangents: Vec<f64>,
+    /// Initial elastic tangents E, what tangents are judged against.
+    pub elastic_tangents: Vec<f64>,
+    /// Force the supports exert on the body; zero on free degrees of freedom.
+    pub reactions: Vec<f64>,
+    /// Load values.
+    pub loads: Vec<f64>,
+}
+
+/// A state does not fit its problem.
+#[derive(Error, Clone, PartialEq, Debug)]
+pub enum StateError {
+    /// An array has the wrong length.
+    #[error("read the macro state: {what} has {found} values, the problem needs {expected}")]
+    Length {
+        /// Which array.
+        what: &'static str,
+        /// Its length.
+        found: usize,
+        /// The length the problem gives.
+        expected: usize,
+    },
+    /// A number is NaN or infinite.
+    #[error("read the macro state: {what} holds a value that is not a finite number")]
+    NonFinite {
+        /// Which array.
+        what: &'static str,
+    },
+    /// The positions fold an element.
+    #[error(transparent)]
+    Inverted(#[from] InvertedElement),
+}
+
+impl<const D: usize> MacroState<D> {
+    /// The state before the first step: initial positions, given stresses and elastic tangents of
+    /// every Gauss point, load values.
+    ///
+    /// # Errors
+    /// Arrays that do not fit the problem.
+    pub fn initial(
+        problem: &Problem<D>,
+        stress: &[Tensor2<D>],
+        elastic: &[Tensor4<D>],
+        loads: &[f64],
+    ) -> Result<Self, StateError> {
+        let tangents = tensor::flatten4(elastic);
+        let mut state = MacroState {
+            displacement: vec![0.0; problem.dof_count()],
+            coordinates: problem.initial().to_vec(),
+            stress: tensor::flatten2(stress),
+            predictor_tangents: tangents.clone(),
+            elastic_tangents: tangents,
+            reactions: vec![0.0; problem.dof_count()],
+            loads: loads.to_vec(),
+        };
+        state.check(problem)?;
+        let out_of_balance = residual(problem, &state.coordinates, &state.stress, loads)?;
+        state.reactions = reactions(problem, &out_of_balance.vector);
+        Ok(state)
+    }
+
+    /// Whether every array fits the problem and is finite.
+    ///
+    /// # Errors
+    /// The first array that does not.
+    pub fn check(&self, problem: &Problem<D>) -> Result<(), StateError> {
+        let (dofs, points) = (problem.dof_count(), problem.gauss_point_count());
+        let tensor4 = points * D * D * D * D;
+        for (what, array, expected) in [
+            ("the displacement", &self.displacement, dofs),
+            ("the list of positions", &self.coordinates, dofs),
+            ("the stress", &self.stress, points * D * D),
+            (
+                "the list of predictor tangents",
+                &self.predictor_tangents,
+                tensor4,
+            ),
+            (
+                "the list of elastic tangents",
+                &self.elastic_tangents,
+                tensor4,
+            ),
+            ("the list of reactions", &self.reactions, dofs),
+            ("the list of loads", &self.loads, problem.load_count()),
+        ] {
+            if array.len() != expected {
+                return Err(StateError::Length {
+                    what,
+                    found: array.len(),
+                    expected,
+                });
+            }
+            if array.iter().any(|value| !value.is_finite()) {
+                return Err(StateError::NonFinite { what });
+            }
+        }
+        Ok(())
+    }
+
+    /// Cauchy stress of a Gauss point.
+    ///
+    /// # Panics
+    /// For a point the state does not have.
+    pub fn stress_at(&self, point: GaussPointId) -> Tensor2<D> {
+        tensor::load2(&self.stress, point.index())
+    }
+
+    /// Displacement of a node.
+    ///
+    /// # Panics
+    /// For a node the state does not have.
+    pub fn displacement_of(&self, node: usize) -> [f64; D] {
+        crate::kinematics::position(&self.displacement, node)
+    }
+}
+
+/// The entries of a residual on prescribed degrees of freedom, zero elsewhere.
+pub(super) fn reactions<const D: usize>(problem: &Problem<D>, residual: &[f64]) -> Vec<f64> {
+    let equation = &problem.constraints().equation;
+    residual
+        .iter()
+        .zip(equation)
+        .map(|(r, eq)| if eq.is_some() { 0.0 } else { *r })
+        .collect()
+}

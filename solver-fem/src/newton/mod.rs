@@ -1,0 +1,20 @@
+//! One load step as a state machine: predictor, Newton sweeps in two phases, outcome.
+//!
+//! [`StepSolver`] never calls a constitutive law. It says which evaluations it wants
+//! ([`Request::Evaluate`]), is handed the answers, and can be stored and restored at any wave.
+//! `docs/design/coupling.md` tells why the strategy is what it is.
+
+mod correction;
+mod macro_state;
+mod report;
+mod safeguard;
+mod settings;
+mod solver;
+mod state;
+
+pub use macro_state::{MacroState, StateError};
+pub use report::{Acceptance, FailureReason, Phase, StepFailure, StepOutcome, SweepReport};
+pub use safeguard::{Safeguard, Safeguarded, safeguard};
+pub use settings::{StepSettings, Strategy, TwoPhase};
+pub use solver::{BeginError, Request, RestoreError, StepSolver};
+pub use state::StepState;

@@ -1,0 +1,163 @@
+//! What a step attempt says about itself.
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::MacroState;
+use crate::assembly::ElementShare;
+use crate::constitutive::GaussPointId;
+
+/// What a sweep of constitutive evaluations starts from and is corrected with.
+#[derive(Serialize, Deserialize, Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Phase {
+    /// From the committed state, algorithmic tangents.
+    Pure,
+    /// From the previous sweep's end state, tangents of the small increment.
+    Path,
+    /// From the previous sweep's end state, elastic tangents: the last resort.
+    PathElastic,
+}
+
+/// One sweep: a wave, and how good its answer was.
+#[derive(Serialize, Deserialize, Clone, Copy, PartialEq, Debug)]
+pub struct SweepReport {
+    /// Number of the wave.
+    pub wave: u32,
+    /// Phase the wave was asked for in.
+    pub phase: Phase,
+    /// ‖R_free‖/max(‖reactions‖, ‖external‖) with the wave's stresses.
+    pub residual: f64,
+    /// ‖du‖/‖Δu‖ of the correction that led to the wave; 1 for the predictor.
+    pub correction: f64,
+    /// Number of points that re-based their friction history.
+    pub rebased: usize,
+    /// Number of tangents that were blended towards the elastic ones to compute that correction.
+    pub safeguarded: usize,
+    /// Relative residual of the linear solve of that correction.
+    pub linear_residual: f64,
+}
+
+/// How well a step was solved.
+#[derive(Serialize, Deserialize, Clone, Copy, PartialEq, Debug)]
+pub enum Acceptance {
+    /// Both tolerances are met.
+    Tolerance,
+    /// All sweeps were used up; the best iterate is within the loose tolerance only. To be shown
+    /// to the user.
+    LooselyAccepted {
+        /// Its force residual.
+        residual: f64,
+    },
+}
+
+/// A solved step.
+#[derive(Serialize, Deserialize, Clone, PartialEq, Debug)]
+pub struct StepOutcome<const D: usize> {
+    /// The state to commit.
+    pub state: MacroState<D>,
+    /// Wave whose end states belong to it and are to be committed with it.
+    pub wave: u32,
+    /// How well it was solved.
+    pub accepted: Acceptance,
+    /// Force residual of the state.
+    pub residual: f64,
+    /// Every sweep, in order.
+    pub sweeps: Vec<SweepReport>,
+}
+
+/// A step that could not be solved. The caller cuts the step, from the same committed state.
+#[derive(Serialize, Deserialize, Clone, PartialEq, Debug)]
+pub struct StepFailure {
+    /// Why.
+    pub reason: FailureReason,
+    /// Elements that carry most of the residual of the best iterate, largest first.
+    pub worst_elements: Vec<ElementShare>,
+    /// Every sweep, in order.
+    pub sweeps: Vec<SweepReport>,
+}
+
+impl std::fmt::Display for StepFailure {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}", self.reason)?;
+        for (number, worst) in self.worst_elements.iter().take(3).enumerate() {
+            let lead = if number == 0 {
+                "; the residual sits in"
+            } else {
+                ","
+            };
+            write!(
+                f,
+                "{lead} e{} ({:.0} %)",
+                worst.element,
+                100.0 * worst.share
+            )?;
+        }
+        Ok(())
+    }
+}
+
+/// Why a step failed.
+#[derive(Error, Serialize, Deserialize, Clone, PartialEq, Debug)]
+pub enum FailureReason {
+    /// All sweeps were used up.
+    #[error(
+        "solve the step: after {sweeps} sweeps the best residual is {residual:.2e}, the tolerance {tolerance:.1e}"
+    )]
+    NotConverged {
+        /// Number of sweeps.
+        sweeps: usize,
+        /// Best force residual.
+        residual: f64,
+        /// Force tolerance.
+        tolerance: f64,
+    },
+    /// A correction folded an element.
+    #[error("solve the step: a correction inverts element e{element} at its Gauss point {point}")]
+    ElementInverted {
+        /// The element.
+        element: usize,
+        /// The local Gauss point.
+        point: usize,
+    },
+    /// The stiffness is singular, even with elastic tangents.
+    #[error(
+        "solve the step: nothing holds node {node} in component {component} (the stiffness is singular)"
+    )]
+    Singular {
+        /// Node of the equation that moves freely.
+        node: usize,
+        /// Its component.
+        component: usize,
+        /// Estimate of the condition number.
+        amplification: f64,
+    },
+    /// The linear solver failed otherwise.
+    #[error("solve the step: {message}")]
+    LinearSolver {
+        /// What it said.
+        message: String,
+    },
+    /// Constitutive evaluations failed.
+    #[error("solve the step: {} Gauss points could not be evaluated, the first (point {}): {}",
+        points.len(),
+        points.first().map_or(0, |(point, _)| point.0),
+        points.first().map_or("no reason given", |(_, reason)| reason.as_str()))]
+    PointsFailed {
+        /// The points and their reasons.
+        points: Vec<(GaussPointId, String)>,
+    },
+    /// The caller handed in a wrong number of answers.
+    #[error("solve the step: {found} constitutive answers were given for {expected} Gauss points")]
+    WrongResponseCount {
+        /// Number of Gauss points.
+        expected: usize,
+        /// Number of answers.
+        found: usize,
+    },
+    /// A constitutive answer is NaN or infinite.
+    #[error("solve the step: the answer of Gauss point {} is not a finite number", point.0)]
+    NonFiniteResponse {
+        /// The first such point.
+        point: GaussPointId,
+    },
+}

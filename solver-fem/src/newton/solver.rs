@@ -1,0 +1,512 @@
+//! The state machine of a step attempt.
+
+use std::sync::Arc;
+
+use thiserror::Error;
+
+use super::correction::{Correction, TangentChoice, correct, guard, predict};
+use super::macro_state::{StateError, reactions};
+use super::state::{Iterate, Size, Status, StepState, Trial};
+use super::{
+    Acceptance, FailureReason, MacroState, Phase, StepFailure, StepOutcome, StepSettings, Strategy,
+    SweepReport, TwoPhase,
+};
+use crate::assembly::{Residual, element_shares, residual};
+use crate::constitutive::{Base, ConstitutiveResponse, GaussPointId, Wave};
+use crate::kinematics::{deformation_gradient, point_geometry};
+use crate::problem::Problem;
+use crate::tensor::Tensor2;
+
+/// Number of elements a failure names.
+const WORST_ELEMENTS: usize = 8;
+
+/// What the machine wants, or how it ended.
+#[derive(Clone, PartialEq, Debug)]
+pub enum Request<const D: usize> {
+    /// Evaluate the constitutive law at every point; answer with [`StepSolver::advance`].
+    Evaluate(Wave<D>),
+    /// The step is solved.
+    Converged(Box<StepOutcome<D>>),
+    /// The step is not solved.
+    Failed(Box<StepFailure>),
+}
+
+/// A step cannot be begun: the inputs do not fit together.
+#[derive(Error, Clone, PartialEq, Debug)]
+pub enum BeginError {
+    /// The committed state does not fit the problem.
+    #[error("begin the step: {0}")]
+    State(#[from] StateError),
+    /// The wrong number of load values, or one that is not finite.
+    #[error("begin the step: {found} finite load values were given, the problem has {expected}")]
+    Loads {
+        /// Number of loads of the problem.
+        expected: usize,
+        /// Number of finite values given.
+        found: usize,
+    },
+}
+
+/// A stored step attempt does not belong to the problem.
+#[derive(Error, Clone, PartialEq, Debug)]
+#[error("restore the step: {what} does not fit the problem")]
+pub struct RestoreError {
+    what: &'static str,
+}
+
+/// One attempt at one load step.
+#[derive(Clone, Debug)]
+pub struct StepSolver<const D: usize> {
+    problem: Arc<Problem<D>>,
+    state: StepState<D>,
+}
+
+/// Where the next correction starts, and with which tangents.
+struct Plan {
+    phase: Phase,
+    choice: TangentChoice,
+    from: Origin,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Origin {
+    Current,
+    Best,
+}
+
+impl<const D: usize> StepSolver<D> {
+    /// Begins a step from the committed state, loads going from `values_n` to `values_next`.
+    ///
+    /// Prescribed displacements move by the change of their value over the step, external loads
+    /// take their new value. A predictor that cannot be computed is not an error of this function
+    /// but a first request [`Request::Failed`]: a shorter step may succeed.
+    ///
+    /// # Errors
+    /// A state or load values that do not fit the problem.
+    pub fn begin(
+        problem: &Arc<Problem<D>>,
+        committed: &MacroState<D>,
+        values_n: &[f64],
+        values_next: &[f64],
+        settings: &StepSettings,
+    ) -> Result<Self, BeginError> {
+        committed.check(problem)?;
+        for values in [values_n, values_next] {
+            let found = values.iter().filter(|value| value.is_finite()).count();
+            let expected = problem.load_count();
+            if values.len() != expected || found != expected {
+                return Err(BeginError::Loads { expected, found });
+            }
+        }
+        let mut prescribed = vec![0.0; problem.dof_count()];
+        for given in &problem.constraints().prescribed {
+            prescribed[given.dof] = given.value.at(values_next) - given.value.at(values_n);
+        }
+        let mut solver = StepSolver {
+            problem: Arc::clone(problem),
+            state: StepState {
+                settings: *settings,
+                committed: committed.clone(),
+                loads: values_next.to_vec(),
+                trial: Trial {
+                    wave: 0,
+                    phase: Phase::Pure,
+                    base: Base::Committed,
+                    start: None,
+                    coordinates: committed.coordinates.clone(),
+                    base_coordinates: Vec::new(),
+                    correction: 1.0,
+                    size: Size::Significant,
+                    safeguarded: 0,
+                    linear_residual: 0.0,
+                },
+                best: None,
+                restored: None,
+                previous_residual: None,
+                predictor_tangents: committed.predictor_tangents.clone(),
+                sweeps: Vec::new(),
+                status: Status::Evaluating,
+            },
+        };
+        match predict(problem, committed, values_next, &prescribed, settings) {
+            Ok(correction) => solver.adopt(correction),
+            Err(reason) => solver.fail(reason),
+        }
+        Ok(solver)
+    }
+
+    /// Goes on with a stored attempt.
+    ///
+    /// # Errors
+    /// A state that was not stored for this problem.
+    pub fn restore(problem: &Arc<Problem<D>>, state: StepState<D>) -> Result<Self, RestoreError> {
+        state.committed.check(problem).map_err(|_| RestoreError {
+            what: "the committed state",
+        })?;
+        let (dofs, points) = (problem.dof_count(), problem.gauss_point_count());
+        let trial = &state.trial;
+        let base_fits = match trial.base {
+            Base::Committed => trial.base_coordinates.is_empty(),
+            Base::Wave(_) => trial.base_coordinates.len() == dofs,
+        };
+        let best_fits = state.best.as_ref().is_none_or(|best| {
+            best.coordinates.len() == dofs
+                && best.stress.len() == points * D * D
+                && best.tangents.len() == points * D * D * D * D
+                && best.elastic_tangents.len() == best.tangents.len()
+                && best.rebased.len() == points
+        });
+        for (fits, what) in [
+            (
+                state.loads.len() == problem.load_count(),
+                "the list of loads",
+            ),
+            (
+                trial.coordinates.len() == dofs && base_fits,
+                "the pending wave",
+            ),
+            (best_fits, "the best iterate"),
+            (
+                state.predictor_tangents.len() == points * D * D * D * D,
+                "the list of predictor tangents",
+            ),
+        ] {
+            if !fits {
+                return Err(RestoreError { what });
+            }
+        }
+        Ok(StepSolver {
+            problem: Arc::clone(problem),
+            state,
+        })
+    }
+
+    /// The memory of the attempt, to be stored while a wave is out.
+    pub fn state(&self) -> &StepState<D> {
+        &self.state
+    }
+
+    /// The pending request; the same one until it is answered.
+    pub fn next(&self) -> Request<D> {
+        match &self.state.status {
+            Status::Evaluating => match self.pending_wave() {
+                Ok(wave) => Request::Evaluate(wave),
+                Err(reason) => Request::Failed(Box::new(self.failure(reason))),
+            },
+            Status::Converged(outcome) => Request::Converged(outcome.clone()),
+            Status::Failed(failure) => Request::Failed(failure.clone()),
+        }
+    }
+
+    /// Earlier waves whose end states are still needed, ascending: the base and the warm start of
+    /// the pending wave, and the best iterate, which may be restored or committed. Every other
+    /// finished wave may be dropped. A wave just evaluated must be kept until `advance` returned.
+    pub fn live_waves(&self) -> Vec<u32> {
+        if let Status::Converged(outcome) = &self.state.status {
+            return vec![outcome.wave];
+        }
+        let trial = &self.state.trial;
+        let base = match trial.base {
+            Base::Committed => None,
+            Base::Wave(wave) => Some(wave),
+        };
+        let best = self.state.best.as_ref().map(|best| best.wave);
+        let mut waves: Vec<u32> = [base, trial.start, best].into_iter().flatten().collect();
+        waves.sort_unstable();
+        waves.dedup();
+        waves
+    }
+
+    /// Takes the answers of the pending wave, in Gauss point order, and says what comes next.
+    /// Without a pending wave the answers are ignored.
+    pub fn advance(&mut self, responses: &[ConstitutiveResponse<D>]) -> Request<D> {
+        if self.state.status == Status::Evaluating
+            && let Err(reason) = self.digest(responses)
+        {
+            self.fail(reason);
+        }
+        self.next()
+    }
+
+    /// Some points of the pending wave could not be evaluated: the attempt has failed.
+    pub fn advance_failed(&mut self, points: Vec<(GaussPointId, String)>) -> Request<D> {
+        if self.state.status == Status::Evaluating {
+            self.fail(FailureReason::PointsFailed { points });
+        }
+        self.next()
+    }
+
+    fn pending_wave(&self) -> Result<Wave<D>, FailureReason> {
+        let trial = &self.state.trial;
+        let base = match trial.base {
+            Base::Committed => &self.state.committed.coordinates,
+            Base::Wave(_) => &trial.base_coordinates,
+        };
+        let problem = &self.problem;
+        let gradient = |id: GaussPointId| -> Result<Tensor2<D>, FailureReason> {
+            let (element, point) = problem.locate(id);
+            let nodes = problem.mesh().element(element);
+            point_geometry(&problem.reference_points()[point], nodes, base)
+                .map(|geometry| deformation_gradient(&geometry, nodes, base, &trial.coordinates))
+                .ok_or(FailureReason::ElementInverted { element, point })
+        };
+        let points = problem
+            .gauss_points()
+            .map(|id| gradient(id).map(|f| (id, f)))
+            .collect::<Result<_, FailureReason>>()?;
+        Ok(Wave {
+            index: trial.wave,
+            base: trial.base,
+            start: trial.start,
+            points,
+        })
+    }
+
+    fn digest(&mut self, responses: &[ConstitutiveResponse<D>]) -> Result<(), FailureReason> {
+        self.check(responses)?;
+        let trial = &self.state.trial;
+        let (phase, size) = (trial.phase, trial.size);
+        let mut iterate = Iterate::new(trial.wave, trial.coordinates.clone(), responses);
+        let balance = residual(
+            &self.problem,
+            &iterate.coordinates,
+            &iterate.stress,
+            &self.state.loads,
+        )?;
+        let ratio = balance.ratio();
+        iterate.residual = ratio;
+        self.state.sweeps.push(SweepReport {
+            wave: trial.wave,
+            phase,
+            residual: ratio,
+            correction: trial.correction,
+            rebased: iterate.rebased.iter().filter(|&&rebased| rebased).count(),
+            safeguarded: trial.safeguarded,
+            linear_residual: trial.linear_residual,
+        });
+        if phase == Phase::Pure {
+            let mut tangents = iterate.tangents.clone();
+            let elastic = &self.state.committed.elastic_tangents;
+            guard::<D>(&mut tangents, elastic, &self.state.settings);
+            self.state.predictor_tangents = tangents;
+        }
+        let small = ratio <= self.state.settings.force_tolerance;
+        if small && size == Size::Negligible {
+            self.converge(iterate, &balance, Acceptance::Tolerance);
+            return Ok(());
+        }
+        if self
+            .state
+            .best
+            .as_ref()
+            .is_none_or(|best| ratio < best.residual)
+        {
+            self.state.best = Some(iterate.clone());
+        }
+        let Some(plan) = self.plan(phase, ratio) else {
+            return self.give_up();
+        };
+        let from = match (plan.from, &self.state.best) {
+            (Origin::Best, Some(best)) => best.clone(),
+            _ => iterate.clone(),
+        };
+        let correction = correct(
+            &self.problem,
+            &self.state.committed,
+            &self.state.loads,
+            &from,
+            (plan.phase, plan.choice),
+            &self.state.settings,
+        )?;
+        if small && correction.size == Size::Negligible && from.wave == iterate.wave {
+            self.converge(iterate, &balance, Acceptance::Tolerance);
+            return Ok(());
+        }
+        if plan.from == Origin::Best {
+            self.state.restored = Some(from.wave);
+        }
+        self.state.previous_residual = Some(from.residual);
+        let trial = &mut self.state.trial;
+        trial.wave += 1;
+        trial.phase = plan.phase;
+        (trial.base, trial.start, trial.base_coordinates) = match plan.phase {
+            Phase::Pure => (Base::Committed, Some(from.wave), Vec::new()),
+            Phase::Path | Phase::PathElastic => (Base::Wave(from.wave), None, from.coordinates),
+        };
+        self.adopt(correction);
+        Ok(())
+    }
+
+    fn check(&self, responses: &[ConstitutiveResponse<D>]) -> Result<(), FailureReason> {
+        let (expected, found) = (self.problem.gauss_point_count(), responses.len());
+        if expected != found {
+            return Err(FailureReason::WrongResponseCount { expected, found });
+        }
+        for (point, response) in self.problem.gauss_points().zip(responses) {
+            let tangents = [&response.tangent, &response.elastic_tangent];
+            let tangents = tangents.into_iter().flatten().flatten().flatten().flatten();
+            if !response
+                .stress
+                .iter()
+                .flatten()
+                .chain(tangents)
+                .all(|value| value.is_finite())
+            {
+                return Err(FailureReason::NonFiniteResponse { point });
+            }
+        }
+        Ok(())
+    }
+
+    /// What to do after a sweep that did not converge; `None` when the sweeps are used up.
+    fn plan(&self, phase: Phase, ratio: f64) -> Option<Plan> {
+        let sweeps = self.state.sweeps.len();
+        let settings = match self.state.settings.strategy {
+            Strategy::Plain { max_sweeps } => {
+                return (sweeps < max_sweeps).then_some(Plan {
+                    phase: Phase::Pure,
+                    choice: TangentChoice::Algorithmic,
+                    from: Origin::Current,
+                });
+            }
+            Strategy::TwoPhase(settings) => settings,
+        };
+        if sweeps >= settings.sweeps + settings.elastic_sweeps {
+            return None;
+        }
+        let next = if sweeps >= settings.sweeps {
+            Phase::PathElastic
+        } else if phase == Phase::Pure && !self.leaves_pure_phase(&settings, ratio) {
+            Phase::Pure
+        } else {
+            Phase::Path
+        };
+        let from = if next == Phase::Pure {
+            Origin::Current
+        } else {
+            self.origin(&settings, ratio)
+        };
+        // The algorithmic tangent of a pure sweep belongs to the whole step and diverges on the
+        // small increments of the path phase; and a restored iterate must not be left by the same
+        // way that failed.
+        let choice = if next == Phase::PathElastic || next != phase || from == Origin::Best {
+            TangentChoice::ElasticEnd
+        } else {
+            TangentChoice::Algorithmic
+        };
+        Some(Plan {
+            phase: next,
+            choice,
+            from,
+        })
+    }
+
+    fn leaves_pure_phase(&self, settings: &TwoPhase, ratio: f64) -> bool {
+        let trend = self
+            .state
+            .previous_residual
+            .map(|previous| ratio / previous);
+        let slow = ratio < settings.slow_below && trend.is_some_and(|t| t > settings.slow_ratio);
+        let grew = trend.is_some_and(|t| t > 1.0);
+        slow || grew || self.state.sweeps.len() >= settings.pure_sweeps
+    }
+
+    fn origin(&self, settings: &TwoPhase, ratio: f64) -> Origin {
+        match &self.state.best {
+            // Once per best iterate: from the same one by the same way leads to the same place.
+            Some(best)
+                if ratio > settings.restore_ratio * best.residual
+                    && self.state.restored != Some(best.wave) =>
+            {
+                Origin::Best
+            }
+            _ => Origin::Current,
+        }
+    }
+
+    fn adopt(&mut self, correction: Correction) {
+        let trial = &mut self.state.trial;
+        trial.coordinates = correction.coordinates;
+        trial.correction = correction.ratio;
+        trial.size = correction.size;
+        trial.safeguarded = correction.safeguarded;
+        trial.linear_residual = correction.linear_residual;
+    }
+
+    /// All sweeps are used up: the best iterate within the loose tolerance, or failure.
+    fn give_up(&mut self) -> Result<(), FailureReason> {
+        let (sweeps, settings) = (self.state.sweeps.len(), self.state.settings);
+        let not_converged = |residual: f64| FailureReason::NotConverged {
+            sweeps,
+            residual,
+            tolerance: settings.force_tolerance,
+        };
+        let Some(best) = self.state.best.clone() else {
+            return Err(not_converged(f64::INFINITY));
+        };
+        match settings.strategy {
+            Strategy::TwoPhase(two_phase) if best.residual <= two_phase.loose_tolerance => {
+                let loads = &self.state.loads;
+                let balance = residual(&self.problem, &best.coordinates, &best.stress, loads)?;
+                let accepted = Acceptance::LooselyAccepted {
+                    residual: best.residual,
+                };
+                self.converge(best, &balance, accepted);
+                Ok(())
+            }
+            _ => Err(not_converged(best.residual)),
+        }
+    }
+
+    fn converge(&mut self, iterate: Iterate, balance: &Residual, accepted: Acceptance) {
+        let initial = self.problem.initial();
+        let displacement = iterate
+            .coordinates
+            .iter()
+            .zip(initial)
+            .map(|(x, x0)| x - x0)
+            .collect();
+        let outcome = StepOutcome {
+            state: MacroState {
+                displacement,
+                coordinates: iterate.coordinates,
+                stress: iterate.stress,
+                predictor_tangents: self.state.predictor_tangents.clone(),
+                elastic_tangents: self.state.committed.elastic_tangents.clone(),
+                reactions: reactions(&self.problem, &balance.vector),
+                loads: self.state.loads.clone(),
+            },
+            wave: iterate.wave,
+            accepted,
+            residual: iterate.residual,
+            sweeps: self.state.sweeps.clone(),
+        };
+        self.state.status = Status::Converged(Box::new(outcome));
+    }
+
+    fn fail(&mut self, reason: FailureReason) {
+        self.state.status = Status::Failed(Box::new(self.failure(reason)));
+    }
+
+    fn failure(&self, reason: FailureReason) -> StepFailure {
+        let worst_elements = self.state.best.as_ref().and_then(|best| {
+            let balance = residual(
+                &self.problem,
+                &best.coordinates,
+                &best.stress,
+                &self.state.loads,
+            )
+            .ok()?;
+            Some(element_shares(
+                &self.problem,
+                &balance.vector,
+                WORST_ELEMENTS,
+            ))
+        });
+        StepFailure {
+            reason,
+            worst_elements: worst_elements.unwrap_or_default(),
+            sweeps: self.state.sweeps.clone(),
+        }
+    }
+}

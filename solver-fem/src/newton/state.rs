@@ -1,0 +1,89 @@
+//! The serialisable memory of a step attempt.
+
+use serde::{Deserialize, Serialize};
+
+use super::{MacroState, Phase, StepFailure, StepOutcome, StepSettings, SweepReport};
+use crate::constitutive::{Base, ConstitutiveResponse, Smoothness};
+use crate::tensor;
+
+/// An evaluated iterate: positions and the constitutive answers there.
+#[derive(Serialize, Deserialize, Clone, PartialEq, Debug)]
+pub(super) struct Iterate {
+    pub wave: u32,
+    pub coordinates: Vec<f64>,
+    pub stress: Vec<f64>,
+    pub tangents: Vec<f64>,
+    pub elastic_tangents: Vec<f64>,
+    pub rebased: Vec<bool>,
+    /// Force residual ratio.
+    pub residual: f64,
+}
+
+impl Iterate {
+    pub fn new<const D: usize>(
+        wave: u32,
+        coordinates: Vec<f64>,
+        responses: &[ConstitutiveResponse<D>],
+    ) -> Self {
+        Iterate {
+            wave,
+            coordinates,
+            stress: tensor::flatten2(responses.iter().map(|r| &r.stress)),
+            tangents: tensor::flatten4(responses.iter().map(|r| &r.tangent)),
+            elastic_tangents: tensor::flatten4(responses.iter().map(|r| &r.elastic_tangent)),
+            rebased: responses
+                .iter()
+                .map(|r| r.smooth == Smoothness::Rebased)
+                .collect(),
+            residual: f64::INFINITY,
+        }
+    }
+}
+
+/// Whether a correction is small enough to stop.
+#[derive(Serialize, Deserialize, Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Size {
+    Negligible,
+    Significant,
+}
+
+/// The iterate whose constitutive answers are being waited for.
+#[derive(Serialize, Deserialize, Clone, PartialEq, Debug)]
+pub(super) struct Trial {
+    pub wave: u32,
+    pub phase: Phase,
+    pub base: Base,
+    pub start: Option<u32>,
+    pub coordinates: Vec<f64>,
+    /// Positions of the base; empty for the committed ones.
+    pub base_coordinates: Vec<f64>,
+    /// ‖du‖/‖Δu‖ of the correction that led here.
+    pub correction: f64,
+    pub size: Size,
+    pub safeguarded: usize,
+    pub linear_residual: f64,
+}
+
+#[derive(Serialize, Deserialize, Clone, PartialEq, Debug)]
+pub(super) enum Status<const D: usize> {
+    Evaluating,
+    Converged(Box<StepOutcome<D>>),
+    Failed(Box<StepFailure>),
+}
+
+/// Everything a step attempt remembers. Stored when a wave is issued and restored later, it goes on
+/// with the same bits.
+#[derive(Serialize, Deserialize, Clone, PartialEq, Debug)]
+pub struct StepState<const D: usize> {
+    pub(super) settings: StepSettings,
+    pub(super) committed: MacroState<D>,
+    pub(super) loads: Vec<f64>,
+    pub(super) trial: Trial,
+    pub(super) best: Option<Iterate>,
+    /// Best iterate that was restored last, so that no iterate is restored twice.
+    pub(super) restored: Option<u32>,
+    pub(super) previous_residual: Option<f64>,
+    pub(super) predictor_tangents: Vec<f64>,
+    pub(super) sweeps: Vec<SweepReport>,
+    pub(super) status: Status<D>,
+}
