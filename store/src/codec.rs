@@ -15,11 +15,13 @@ const LEVEL: i32 = -1;
 /// Sorts bytes by their place in the word; what is left beyond whole words stays at the end.
 fn shuffle(bytes: &[u8]) -> Vec<u8> {
     let words = bytes.len() / WORD;
+    let (whole, tail) = bytes.split_at(words * WORD);
     let mut out = Vec::with_capacity(bytes.len());
+    let (whole, _) = whole.as_chunks::<WORD>();
     for place in 0..WORD {
-        out.extend(bytes[..words * WORD].iter().skip(place).step_by(WORD));
+        out.extend(whole.iter().map(|word| word[place]));
     }
-    out.extend_from_slice(&bytes[words * WORD..]);
+    out.extend_from_slice(tail);
     out
 }
 
@@ -27,10 +29,11 @@ fn shuffle(bytes: &[u8]) -> Vec<u8> {
 fn unshuffle(bytes: &[u8]) -> Vec<u8> {
     let words = bytes.len() / WORD;
     let mut out = bytes.to_vec();
+    let (whole, _) = out[..words * WORD].as_chunks_mut::<WORD>();
     for place in 0..WORD {
         let plane = &bytes[place * words..(place + 1) * words];
-        for (word, byte) in plane.iter().enumerate() {
-            out[word * WORD + place] = *byte;
+        for (word, byte) in whole.iter_mut().zip(plane) {
+            word[place] = *byte;
         }
     }
     out

@@ -48,6 +48,7 @@ mod part;
 mod read_only;
 mod record;
 mod run;
+mod set_back;
 mod source;
 mod space;
 mod step;
