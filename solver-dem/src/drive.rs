@@ -46,9 +46,9 @@ impl Control {
     }
 }
 
-/// Brings `base`, whose total deformation gradient is `from`, to equilibrium under `control`, with friction by return mapping or along the
-/// path. The stress-controlled components of F are degrees of freedom of the cell and settle together
-/// with the grains.
+/// Brings `base`, whose total deformation gradient is `from`, to equilibrium under `control`, with
+/// friction by return mapping or along the path. The stress-controlled components of F are degrees
+/// of freedom of the cell and settle together with the grains.
 ///
 /// # Errors
 /// As [`crate::respond`], and when both shear components are stress-controlled.
@@ -70,6 +70,11 @@ pub fn drive(
         }
     };
     check(base, &step)?;
+    if !stress.iter().flatten().flatten().all(|s| s.is_finite()) {
+        return Err(EquilibriumError::InvalidState(
+            "a stress asked for is not finite".into(),
+        ));
+    }
     if stress[0][1].is_some() && stress[1][0].is_some() {
         return Err(EquilibriumError::InvalidState(
             "both shear components are stress-controlled, which leaves the rotation free".into(),

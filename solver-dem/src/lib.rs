@@ -32,7 +32,7 @@ pub mod wire;
 pub use cell::Cell;
 pub use contact::ContactLaw;
 pub use drive::{Component, Control, drive};
-pub use prepare::{PreparationError, Quality, Recipe, prepare};
+pub use prepare::{PreparationError, Quality, Recipe, prepare, settle};
 pub use respond::{EquilibriumError, Method, Report, Response, Start, respond};
 pub use rev::{Contact, Grains, Rev, RevState};
 pub use settings::Settings;

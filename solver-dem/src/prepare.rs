@@ -190,6 +190,24 @@ pub fn prepare(recipe: &Recipe) -> Result<(Rev<2, 1>, Quality), PreparationError
     Ok((rev, quality))
 }
 
+/// Brings a packing made elsewhere to equilibrium under the isotropic `pressure` (positive in
+/// compression), its contact law as it is.
+///
+/// # Errors
+/// [`PreparationError`] when it does not settle.
+pub fn settle(rev: &Rev<2, 1>, pressure: f64) -> Result<(Rev<2, 1>, Quality), PreparationError> {
+    let (rev, relaxed) = equilibrate(rev, pressure, "settling of the packing")?;
+    let quality = Quality {
+        residual: relaxed.residual,
+        stress_error: relaxed.stress_error,
+        void_ratio: rev.void_ratio(),
+        coordination: rev.coordination(),
+        rattlers: rev.rattlers() as u32,
+        cycles: relaxed.cycles,
+    };
+    Ok((rev, quality))
+}
+
 /// Brings a REV to equilibrium under the isotropic pressure, its cell free in all but rotation.
 pub(crate) fn equilibrate(
     rev: &Rev<2, 1>,

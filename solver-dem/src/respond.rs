@@ -191,11 +191,15 @@ pub(crate) fn follow_path(
             strain = strain.max((gradient[k][l] - from[k][l]).abs());
         }
     }
-    // A ramp longer than the cap would never end; such increments are cut by the caller.
-    let ramp = (strain / settings.ramp_rate).ceil().clamp(
-        f64::from(settings.ramp_min_cycles),
-        f64::from(settings.path_cap.max(settings.ramp_min_cycles)),
-    ) as u32;
+    // A ramp longer than the cap would never end; such increments are cut by the caller. The cap also
+    // stands in for a rate that is no number.
+    let longest = settings.path_cap.max(settings.ramp_min_cycles).max(1);
+    let cycles = (strain / settings.ramp_rate).ceil();
+    let ramp = if cycles < f64::from(longest) {
+        (cycles as u32).max(settings.ramp_min_cycles).max(1)
+    } else {
+        longest
+    };
     let mut motion = CellMotion::new(*from, *gradient, stress, ramp, 1e-4);
     let limits = Limits {
         friction: Friction::Path,
@@ -241,42 +245,81 @@ fn too_small(base: &Rev<2, 1>, cell: &crate::Cell<2>, cycles: u32) -> Equilibriu
 /// Refuses what no relaxation could mend.
 pub(crate) fn check(base: &Rev<2, 1>, gradient: &Tensor2<2>) -> Result<(), EquilibriumError> {
     let (determinant, inverse) = invert(gradient);
-    if inverse.is_none() || determinant.is_nan() || determinant <= 0.0 {
+    let motion = determinant > 0.0 && determinant.is_finite() && inverse.is_some();
+    if !motion || !gradient.iter().flatten().all(|x| x.is_finite()) {
         return Err(EquilibriumError::NotAMotion {
             gradient: *gradient,
             determinant,
         });
     }
-    let n = base.state.positions.len();
+    match flaw(base) {
+        Some(flaw) => Err(EquilibriumError::InvalidState(flaw)),
+        None => Ok(()),
+    }
+}
+
+/// What is wrong with a REV, if anything is.
+fn flaw(base: &Rev<2, 1>) -> Option<String> {
+    let state = &base.state;
+    let n = state.positions.len();
     if n == 0 || base.grains.radii.len() != n {
-        return Err(EquilibriumError::InvalidState(format!(
+        return Some(format!(
             "{n} positions for {} radii",
             base.grains.radii.len()
-        )));
-    }
-    if !base.grains.radii.iter().all(|r| r.is_finite() && *r > 0.0) {
-        return Err(EquilibriumError::InvalidState(
-            "a radius is not positive".into(),
         ));
     }
+    let at_least = |x: f64, bound: f64| x >= bound && x.is_finite();
     let law = &base.law;
-    let stiff = law.normal_stiffness > 0.0 && law.normal_stiffness.is_finite();
-    if !stiff || !law.tangential_stiffness.is_finite() || law.tangential_stiffness < 0.0 {
-        return Err(EquilibriumError::InvalidState(
-            "a contact stiffness is out of range".into(),
-        ));
-    }
-    if base
-        .state
-        .contacts
-        .iter()
-        .any(|c| c.j as usize >= n || c.i >= c.j)
-    {
-        return Err(EquilibriumError::InvalidState(
-            "a contact names a grain that is not there".into(),
-        ));
-    }
-    Ok(())
+    let problems = [
+        (
+            base.grains.radii.iter().all(|r| *r > 0.0 && r.is_finite()),
+            "a radius is not positive",
+        ),
+        (
+            state.positions.iter().flatten().all(|x| x.is_finite()),
+            "a position is not finite",
+        ),
+        (
+            at_least(state.cell.volume(), f64::MIN_POSITIVE),
+            "the cell has no volume or is inside out",
+        ),
+        (
+            at_least(law.normal_stiffness, f64::MIN_POSITIVE),
+            "the normal stiffness is not positive",
+        ),
+        (
+            at_least(law.tangential_stiffness, 0.0),
+            "the tangential stiffness is negative or not finite",
+        ),
+        (
+            at_least(law.friction, 0.0),
+            "the friction coefficient is negative or not finite",
+        ),
+        (
+            at_least(law.cohesion, 0.0),
+            "the cohesion is negative or not finite",
+        ),
+        (
+            state
+                .contacts
+                .iter()
+                .all(|c| c.i < c.j && (c.j as usize) < n),
+            "a contact names a grain that is not there",
+        ),
+        (
+            state.contacts.iter().all(|c| c.tangential[0].is_finite()),
+            "a tangential force is not finite",
+        ),
+        (
+            state
+                .contacts
+                .windows(2)
+                .all(|c| (c[0].i, c[0].j) < (c[1].i, c[1].j)),
+            "contacts are not sorted by grain numbers or one is named twice",
+        ),
+    ];
+    let first = problems.iter().find(|(fine, _)| !fine);
+    first.map(|(_, problem)| (*problem).into())
 }
 
 /// Positions and rotations to start from. From an earlier end state (cell H_s, positions x_s):
