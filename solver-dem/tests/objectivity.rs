@@ -1,0 +1,125 @@
+//! What must not change the answer: a rigid rotation, another choice of cell vectors, another order of
+//! the grains.
+
+mod common;
+
+use common::{SHEARED, SMALL, UNIT, distance, rotated, rotated_rev, rotation, tight};
+use proptest::prelude::*;
+use solver_dem::{Contact, Grains, Response, Rev, Settings, respond, tensor::product};
+use std::sync::Arc;
+
+fn answer(rev: &Rev<2, 1>, f: &[[f64; 2]; 2], settings: &Settings) -> Response {
+    respond(rev, None, f, settings).unwrap()
+}
+
+/// Grains that do not turn with the REV roll on each other and lose their friction.
+#[test]
+fn stress_of_a_loaded_rev_turns_with_it_by_30_and_90_degrees() {
+    let still = answer(&SHEARED, &UNIT, &tight());
+    for degrees in [30.0f64, 90.0, -170.0] {
+        let r = rotation(degrees.to_radians());
+        let turned = answer(&SHEARED, &r, &tight());
+        let expected = rotated(&r, &still.stress);
+        assert!(
+            distance(&turned.stress, &expected) < 1e-8,
+            "{degrees}°: {:?} for {expected:?}",
+            turned.stress
+        );
+    }
+}
+
+#[test]
+fn another_choice_of_cell_vectors_changes_nothing() {
+    let mut slanted = SHEARED.clone();
+    let h = &mut slanted.state.cell.h;
+    for row in h.iter_mut() {
+        row[1] += row[0];
+    }
+    assert_ne!(slanted.state.cell, SHEARED.state.cell);
+    let f = [[1.0, 2e-4], [0.0, 1.0 - 1e-4]];
+    let a = answer(&SHEARED, &f, &tight());
+    let b = answer(&slanted, &f, &tight());
+    assert!(distance(&a.stress, &b.stress) < 1e-7);
+    assert!(common::relative(&a.tangent, &b.tangent) < 1e-4);
+    assert_eq!(a.report.contacts, b.report.contacts);
+    // The end state comes with the short vectors again.
+    assert!((b.state.cell.smallest_height() / a.state.cell.smallest_height() - 1.0).abs() < 1e-9);
+}
+
+/// A shear of 1.2 passes the point where the cell is described anew; the answer to a further increment is
+/// that of the cell as it came.
+#[test]
+fn lattice_reduction_on_the_way_keeps_the_state() {
+    let mut rev = SMALL.clone();
+    let step = [[1.0, 0.02], [0.0, 1.0]];
+    let settings = Settings::default();
+    let mut unreduced = rev.state.cell;
+    let mut reduced_once = false;
+    for _ in 0..30 {
+        unreduced = unreduced.deformed(&step);
+        rev.state = answer(&rev, &step, &settings).state;
+        reduced_once |= (rev.state.cell.h[0][1] - unreduced.h[0][1]).abs() > 1.0;
+    }
+    assert!(reduced_once, "γ = 0.6 must have reduced the cell");
+    let mut long = rev.clone();
+    long.state.cell = unreduced;
+    let a = answer(&rev, &UNIT, &tight());
+    let b = answer(&long, &UNIT, &tight());
+    assert!(distance(&a.stress, &b.stress) < 1e-7);
+    assert_eq!(a.report.contacts, b.report.contacts);
+}
+
+fn permuted(rev: &Rev<2, 1>, order: &[usize]) -> Rev<2, 1> {
+    let mut place = vec![0; order.len()];
+    for (new, &old) in order.iter().enumerate() {
+        place[old] = new as u32;
+    }
+    let mut out = rev.clone();
+    out.grains = Arc::new(Grains {
+        radii: order.iter().map(|&old| rev.grains.radii[old]).collect(),
+    });
+    out.state.positions = order.iter().map(|&old| rev.state.positions[old]).collect();
+    // The tangential force is the same number seen from either grain.
+    out.state.contacts = rev
+        .state
+        .contacts
+        .iter()
+        .map(|c| {
+            let (a, b) = (place[c.i as usize], place[c.j as usize]);
+            Contact {
+                i: a.min(b),
+                j: a.max(b),
+                tangential: c.tangential,
+            }
+        })
+        .collect();
+    out.state.contacts.sort_by_key(|c| (c.i, c.j));
+    out
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 8, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// σ(R·F of a REV) = R σ(F) Rᵀ, and a turned REV under the turned F answers with the turned stress.
+    #[test]
+    fn response_is_objective(angle in -3.0f64..3.0, xx in -2e-4f64..2e-4, xy in -2e-4f64..2e-4, yy in -2e-4f64..0.0) {
+        let f = [[1.0 + xx, xy], [0.0, 1.0 + yy]];
+        let r = rotation(angle);
+        let plain = answer(&SHEARED, &f, &tight());
+        let expected = rotated(&r, &plain.stress);
+        let after = answer(&SHEARED, &product(&r, &f), &tight());
+        prop_assert!(distance(&after.stress, &expected) < 1e-5, "{:e}", distance(&after.stress, &expected));
+        let turned = rotated_rev(&r, &SHEARED);
+        let before = answer(&turned, &rotated(&r, &f), &tight());
+        prop_assert!(distance(&before.stress, &expected) < 1e-5, "{:e}", distance(&before.stress, &expected));
+    }
+
+    #[test]
+    fn order_of_the_grains_does_not_matter(order in Just((0..100).collect::<Vec<usize>>()).prop_shuffle()) {
+        let f = [[1.0, 1e-4], [0.0, 1.0 - 1e-4]];
+        let a = answer(&SHEARED, &f, &tight());
+        let b = answer(&permuted(&SHEARED, &order), &f, &tight());
+        prop_assert!(distance(&a.stress, &b.stress) < 1e-6);
+        prop_assert_eq!(a.report.contacts, b.report.contacts);
+    }
+}

@@ -1,0 +1,80 @@
+//! A run that is killed and resumed goes on from serialised states: they must carry every bit that the next
+//! increment reads, and stay small, since every step stores one per Gauss point.
+
+mod common;
+
+use common::{SHEARED, SMALL, biaxial_step, distance, imported, tight};
+use solver_dem::{Rev, RevState, Settings, Start, respond};
+
+fn bits(state: &RevState<2, 1>) -> Vec<u64> {
+    let mut bits: Vec<u64> = state.cell.h.iter().flatten().map(|x| x.to_bits()).collect();
+    bits.extend(state.positions.iter().flatten().map(|x| x.to_bits()));
+    for contact in &state.contacts {
+        bits.push(u64::from(contact.i) << 32 | u64::from(contact.j));
+        bits.push(contact.tangential[0].to_bits());
+    }
+    bits
+}
+
+#[test]
+fn a_state_read_back_goes_on_with_the_same_bits() {
+    let bytes = rmp_serde::to_vec(&*SHEARED).unwrap();
+    let back: Rev<2, 1> = rmp_serde::from_slice(&bytes).unwrap();
+    assert_eq!(bits(&back.state), bits(&SHEARED.state));
+    let f = [[1.0 + 1e-4, 2e-4], [0.0, 1.0 - 5e-4]];
+    let a = respond(&SHEARED, None, &f, &Settings::default()).unwrap();
+    let b = respond(&back, None, &f, &Settings::default()).unwrap();
+    assert_eq!(bits(&a.state), bits(&b.state));
+    assert_eq!(a, b);
+}
+
+#[test]
+fn a_torn_state_is_refused() {
+    let bytes = rmp_serde::to_vec(&SMALL.state).unwrap();
+    for length in [0, 1, bytes.len() / 2, bytes.len() - 1] {
+        assert!(rmp_serde::from_slice::<RevState<2, 1>>(&bytes[..length]).is_err());
+    }
+}
+
+#[test]
+fn a_state_of_400_grains_stays_under_16_kilobytes() {
+    let mut rev = imported();
+    for _ in 0..3 {
+        rev.state = biaxial_step(&rev, 2e-4, &Settings::default()).state;
+    }
+    let size = rmp_serde::to_vec(&rev.state).unwrap().len();
+    assert!(size <= 16_000, "{size} bytes");
+}
+
+#[test]
+fn a_warm_start_changes_the_cost_but_not_the_answer() {
+    let f = [[1.0 + 1e-4, 0.0], [0.0, 1.0 - 3e-4]];
+    let near = [[1.0 + 1.05e-4, 2e-6], [0.0, 1.0 - 3.02e-4]];
+    let first = respond(&SMALL, None, &f, &tight()).unwrap();
+    let start = Start {
+        state: &first.state,
+        rotations: &first.rotations,
+    };
+    let cold = respond(&SMALL, None, &near, &tight()).unwrap();
+    let warm = respond(&SMALL, Some(start), &near, &tight()).unwrap();
+    let apart = distance(&cold.stress, &warm.stress);
+    assert!(apart < 1e-4, "{apart:e}");
+    assert!(warm.report.cycles < cold.report.cycles);
+    // The same F again needs no motion.
+    let again = respond(&SMALL, Some(start), &f, &tight()).unwrap();
+    assert!(again.report.cycles <= 100, "{}", again.report.cycles);
+    assert!(distance(&again.stress, &first.stress) < 1e-7);
+}
+
+#[test]
+fn a_start_of_another_packing_is_not_used() {
+    let f = [[1.0, 0.0], [0.0, 1.0 - 1e-4]];
+    let other = imported();
+    let start = Start {
+        state: &other.state,
+        rotations: &[0.0; 400],
+    };
+    let with = respond(&SMALL, Some(start), &f, &Settings::default()).unwrap();
+    let without = respond(&SMALL, None, &f, &Settings::default()).unwrap();
+    assert_eq!(with, without);
+}
