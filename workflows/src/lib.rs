@@ -9,5 +9,10 @@
 //! - [`run`]: what the verbs of the command line do.
 
 pub mod address;
+pub mod cli;
+pub mod failure;
 pub mod input;
 pub mod output;
+pub mod progress;
+pub mod report;
+pub mod run;

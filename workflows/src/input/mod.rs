@@ -1,8 +1,8 @@
 //! The input language: YAML → [`Problem`], or everything that is wrong with it at once.
 //!
-//! 1. [`tree`]: YAML to values that know their line and column;
-//! 2. [`check`]: the tree against the schema derived from the types of [`document`];
-//! 3. [`resolve`]: what a schema cannot say (references, contradictions), and the resolved form.
+//! 1. `tree`: YAML to values that know their line and column;
+//! 2. `check`: the tree against the schema derived from the types of `document`;
+//! 3. `resolve`: what a schema cannot say (references, contradictions), and the resolved form.
 //!
 //! Each stage goes on after a mistake as far as it can, so that one run of the program shows them all.
 

@@ -12,7 +12,7 @@ pub fn schema() -> Value {
     schema
 }
 
-/// The schema as it is published: for editors it also tells what a run name looks like, which [`super::resolve`] checks.
+/// The schema as it is published: for editors it also tells what a run name looks like, which `resolve` checks.
 pub fn published() -> Value {
     let mut schema = schema();
     if let Some(name) = schema

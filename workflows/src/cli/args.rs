@@ -1,0 +1,102 @@
+//! The arguments: global options and verbs, with their help texts.
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+
+use super::display::Format;
+use super::verbs::{export, resume, rev, show, status, store, submit};
+
+const EXIT_CODES: &str = "\
+Exit codes:
+    0  done
+    1  the computation failed; what is committed is kept
+    2  the command line or the input is wrong; nothing was touched
+    3  the store is locked, damaged, full or missing
+  130  stopped by Ctrl-C in order (143: by SIGTERM); `femdem-flow resume RUN` continues
+
+Addresses:
+    hollow            a run
+    hollow@12         its load step 12; 0 is the initial state
+    hollow@last       its last committed load step
+    hollow@12:e46.2   the REV of element 46, Gauss point 2, both counted from 0";
+
+/// Multiscale simulation of granular media: finite elements with an assembly of grains at every Gauss point, as
+/// restartable task graphs.
+#[derive(Debug, Parser)]
+#[command(name = "femdem-flow", version, after_long_help = EXIT_CODES)]
+#[command(arg_required_else_help = true, subcommand_required = true)]
+pub struct Cli {
+    #[command(flatten)]
+    pub global: Global,
+    #[command(subcommand)]
+    pub verb: Verb,
+}
+
+/// Options of every verb.
+#[derive(Debug, Args)]
+pub struct Global {
+    /// Folder of the store, which holds the runs.
+    #[arg(
+        long,
+        global = true,
+        value_name = "DIR",
+        default_value = "femdem-store"
+    )]
+    pub store: PathBuf,
+    /// Worker threads; all cores where it is not given. The results do not depend on it, to the last bit.
+    #[arg(long, global = true, value_name = "N")]
+    pub threads: Option<NonZeroUsize>,
+    /// Report as JSON on stdout.
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// Show no progress. Errors are still shown.
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
+}
+
+impl Global {
+    /// The form of what goes to stdout.
+    pub fn format(&self) -> Format {
+        if self.json {
+            Format::Json
+        } else {
+            Format::Text
+        }
+    }
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub enum Verb {
+    /// Compute an input file as a new run.
+    ///
+    /// The input is checked first, completely; nothing is written before it is right. Each load step is committed to the
+    /// store when it is done. A run that is interrupted or killed continues with `resume`, with the same results to the
+    /// last bit.
+    Submit(submit::Args),
+    /// Continue a run where it stopped.
+    ///
+    /// Goes on after the last committed load step; of the step that was in progress, REV tasks that were finished are not
+    /// computed again. A run that is complete is left as it is.
+    Resume(resume::Args),
+    /// List the runs of the store.
+    Runs,
+    /// Show a run, or one load step of it.
+    Show(show::Args),
+    /// Say where a run that another process computes has got to.
+    ///
+    /// Reads the event log only, so that it works while the store is in use.
+    Status(status::Args),
+    /// Write the results of a run for other programs: curves as CSV, fields as VTU with a PVD for ParaView.
+    Export(export::Args),
+    /// Prepare, test, import and export assemblies of grains (REVs).
+    #[command(subcommand)]
+    Rev(rev::Verb),
+    /// Look after the store.
+    #[command(subcommand)]
+    Store(store::Verb),
+    /// Print the JSON Schema of the input, for editors.
+    Schema,
+}

@@ -1,0 +1,173 @@
+//! Progress as plain lines, one for each iteration and each step.
+
+use std::io::Write;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use super::remaining::{Remaining, in_words};
+use crate::progress::{CommittedStep, Progress};
+
+/// Writes plain lines.
+pub struct Lines<W: Write + Send> {
+    state: Mutex<State<W>>,
+}
+
+struct State<W> {
+    out: W,
+    step: String,
+    tasks: u64,
+    remaining: Remaining,
+}
+
+impl<W: Write + Send> Lines<W> {
+    /// Lines to `out`.
+    pub fn new(out: W) -> Self {
+        let state = State {
+            out,
+            step: String::new(),
+            tasks: 0,
+            remaining: Remaining::new(),
+        };
+        Self {
+            state: Mutex::new(state),
+        }
+    }
+
+    fn state(&self) -> MutexGuard<'_, State<W>> {
+        // A line that was cut short by a panic elsewhere is no reason to say no more.
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl<W> State<W>
+where
+    W: Write,
+{
+    fn line(&mut self, text: &str) {
+        // Progress is not worth ending a run for: a closed stderr is passed over.
+        let _ = writeln!(self.out, "{text}");
+    }
+}
+
+impl<W: Write + Send> Progress for Lines<W> {
+    fn run_started(&self, run: &str, done: u64, of: u64) {
+        let mut state = self.state();
+        state.remaining.restart();
+        match done {
+            0 => state.line(&format!("run {run}: {of} load steps")),
+            _ => state.line(&format!(
+                "run {run}: {done} of {of} load steps are done, going on"
+            )),
+        }
+    }
+
+    fn step_started(&self, step: u64, of: u64, stage: &str) {
+        self.state().step = format!("step {step}/{of} {stage}");
+    }
+
+    fn wave_started(&self, _iteration: u32, tasks: u64, _done: u64) {
+        self.state().tasks = tasks;
+    }
+
+    fn task_done(&self) {}
+
+    fn iteration(&self, iteration: u32, residual: f64) {
+        let mut state = self.state();
+        let line = format!(
+            "{}: iteration {iteration}, residual {residual:.1e}, {} REV tasks",
+            state.step, state.tasks
+        );
+        state.line(&line);
+    }
+
+    fn step_cut(&self, fraction: f64, reason: &str) {
+        let mut state = self.state();
+        let line = format!(
+            "{}: cut to {fraction} of the increment: {reason}",
+            state.step
+        );
+        state.line(&line);
+    }
+
+    fn step_committed(&self, step: &CommittedStep) {
+        let mut state = self.state();
+        let line = committed(step, &mut state.remaining);
+        state.line(&line);
+    }
+
+    fn note(&self, text: &str) {
+        self.state().line(text);
+    }
+
+    fn finished(&self) {}
+}
+
+/// The line for a committed step, here and above the bar.
+pub fn committed(step: &CommittedStep, remaining: &mut Remaining) -> String {
+    let took = in_words(remaining.step_done());
+    let CommittedStep {
+        step,
+        of,
+        iterations,
+        residual,
+    } = *step;
+    let left = match (
+        of.saturating_sub(step),
+        remaining.estimate(of.saturating_sub(step)),
+    ) {
+        (0, _) | (_, None) => String::new(),
+        (_, Some(time)) => format!(", about {} left", in_words(time)),
+    };
+    let plural = if iterations == 1 { "" } else { "s" };
+    format!(
+        "step {step}/{of} committed: {iterations} iteration{plural}, residual {residual:.1e}, {took}{left}"
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+
+    #[derive(Clone, Default)]
+    struct Shared(Arc<Mutex<Vec<u8>>>);
+
+    impl Write for Shared {
+        fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+            self.0.lock().unwrap().write(bytes)
+        }
+
+        fn flush(&mut self) -> std::io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_log_says_where_the_run_is_without_a_terminal() {
+        let out = Shared::default();
+        let lines = Lines::new(out.clone());
+        lines.run_started("hollow", 0, 2);
+        for step in 1..=2 {
+            lines.step_started(step, 2, "unloading");
+            lines.wave_started(1, 192, 0);
+            lines.task_done();
+            lines.iteration(1, 3.16e-4);
+            lines.step_committed(&CommittedStep {
+                step,
+                of: 2,
+                iterations: 1,
+                residual: 3.16e-4,
+            });
+        }
+        lines.finished();
+        let text = String::from_utf8(out.0.lock().unwrap().clone()).unwrap();
+        assert_eq!(
+            text,
+            "run hollow: 2 load steps\n\
+             step 1/2 unloading: iteration 1, residual 3.2e-4, 192 REV tasks\n\
+             step 1/2 committed: 1 iteration, residual 3.2e-4, 0 s, about 0 s left\n\
+             step 2/2 unloading: iteration 1, residual 3.2e-4, 192 REV tasks\n\
+             step 2/2 committed: 1 iteration, residual 3.2e-4, 0 s\n"
+        );
+    }
+}

@@ -1,0 +1,30 @@
+//! The verbs, one file each: their arguments, and how these become a call of [`crate::run`].
+
+pub mod export;
+pub mod resume;
+pub mod rev;
+pub mod schema;
+pub mod show;
+pub mod status;
+pub mod store;
+pub mod submit;
+
+use super::args::Verb;
+use crate::failure::Failure;
+use crate::report::Report;
+use crate::run::{self, Context};
+
+/// Does what the verb says.
+pub fn perform(verb: &Verb, context: &Context<'_>) -> Result<Report, Failure> {
+    match verb {
+        Verb::Submit(args) => submit::perform(args, context),
+        Verb::Resume(args) => resume::perform(args, context),
+        Verb::Runs => run::runs(context),
+        Verb::Show(args) => show::perform(args, context),
+        Verb::Status(args) => status::perform(args, context),
+        Verb::Export(args) => export::perform(args, context),
+        Verb::Rev(verb) => rev::perform(verb, context),
+        Verb::Store(verb) => store::perform(verb, context),
+        Verb::Schema => Ok(schema::perform()),
+    }
+}

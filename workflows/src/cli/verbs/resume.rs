@@ -1,0 +1,16 @@
+//! `femdem-flow resume RUN`
+
+use crate::address::RunName;
+use crate::failure::Failure;
+use crate::report::Report;
+use crate::run::{self, Context};
+
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The run.
+    run: RunName,
+}
+
+pub fn perform(args: &Args, context: &Context<'_>) -> Result<Report, Failure> {
+    run::resume(context, &args.run)
+}

@@ -1,0 +1,34 @@
+//! `femdem-flow store info|check|rebuild`
+
+use crate::failure::Failure;
+use crate::report::Report;
+use crate::run::{self, CheckDepth, Context};
+
+#[derive(Debug, clap::Subcommand)]
+pub enum Verb {
+    /// Say what the store holds and how much room it takes.
+    Info,
+    /// Look for damage.
+    Check {
+        /// Read every byte of every pack and compare it with its digest.
+        #[arg(long)]
+        full: bool,
+    },
+    /// Build the database anew from the packs, which hold everything.
+    Rebuild,
+}
+
+pub fn perform(verb: &Verb, context: &Context<'_>) -> Result<Report, Failure> {
+    match verb {
+        Verb::Info => run::store_info(context),
+        Verb::Check { full } => run::store_check(
+            context,
+            if *full {
+                CheckDepth::Full
+            } else {
+                CheckDepth::Quick
+            },
+        ),
+        Verb::Rebuild => run::store_rebuild(context),
+    }
+}
