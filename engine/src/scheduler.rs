@@ -13,6 +13,7 @@ use tokio::task::{AbortHandle, JoinSet};
 
 use crate::director::{Call, Reply};
 use crate::event::{Emitter, EventKind};
+use crate::graph::Growth;
 use crate::ledger::{Ending, Ledger};
 use crate::limit::execute_within_limit;
 use crate::{
@@ -77,6 +78,8 @@ pub(crate) struct Scheduler<W: Work, E: ?Sized> {
     channels: Channels<W>,
     policy: Policy,
     mode: Mode,
+    /// What was asked and has been acted upon.
+    cancel_level: CancelLevel,
     /// Attempts with the executor at most.
     max_in_flight: usize,
     /// Calls that the director has not answered at most, before nothing more is started.
@@ -103,6 +106,7 @@ impl<W: Work, E: Executor<W> + ?Sized + 'static> Scheduler<W, E> {
             channels,
             policy,
             mode: Mode::Running,
+            cancel_level: CancelLevel::None,
             max_in_flight,
             max_unanswered,
             in_flight: BTreeMap::new(),
@@ -119,21 +123,17 @@ impl<W: Work, E: Executor<W> + ?Sized + 'static> Scheduler<W, E> {
         let slots = self.executor.slots().max(1);
         self.emit(|| EventKind::RunStarted { slots });
         self.grow(graph.growth);
-        let level = *self.channels.cancel.borrow_and_update();
-        self.on_cancel(level);
         loop {
+            self.notice_cancel();
             self.start_what_is_ready();
             if self.is_over() {
                 break;
             }
             tokio::select! {
                 biased;
-                changed = self.channels.cancel.changed(), if self.mode != Mode::Halted => {
-                    debug_assert!(changed.is_ok(), "the director's handle keeps the token alive");
-                    let level = *self.channels.cancel.borrow_and_update();
-                    self.take_messages();
-                    self.on_cancel(level);
-                }
+                // What was asked is looked up at the top of the loop. The director's handle keeps the
+                // other end of the channel alive, so this does not fire for ever.
+                _ = self.channels.cancel.changed() => {}
                 message = self.channels.inbox.recv() => {
                     if let Some(message) = message {
                         self.on_message(message);
@@ -383,7 +383,7 @@ impl<W: Work, E: Executor<W> + ?Sized + 'static> Scheduler<W, E> {
         }
     }
 
-    fn grow(&mut self, growth: crate::graph::Growth<W>) {
+    fn grow(&mut self, growth: Growth<W>) {
         let (first, count) = (growth.first, growth.nodes.len() as u64);
         self.ledger.grow(growth);
         if count > 0 {
@@ -391,12 +391,20 @@ impl<W: Work, E: Executor<W> + ?Sized + 'static> Scheduler<W, E> {
         }
     }
 
-    fn on_cancel(&mut self, level: CancelLevel) {
-        if self.mode == Mode::DirectorFailed || level == CancelLevel::None {
+    /// Before anything is started, so that nothing starts once a cancel was asked for.
+    fn notice_cancel(&mut self) {
+        let level = *self.channels.cancel.borrow();
+        if level <= self.cancel_level || self.mode == Mode::DirectorFailed {
             return;
         }
+        self.cancel_level = level;
         self.emit(|| EventKind::Cancelled { level });
         if level == CancelLevel::Now {
+            // What has finished is not to be reported as cancelled.
+            self.take_messages();
+            if self.mode == Mode::DirectorFailed {
+                return;
+            }
             self.mode = Mode::Halted;
             // Dropping them gives the attempts up.
             for id in std::mem::take(&mut self.in_flight).into_keys() {
