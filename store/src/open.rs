@@ -55,6 +55,7 @@ pub(crate) fn open(dir: &Path) -> Result<Inner, OpenError> {
         database: Mutex::new(database),
         steps: Mutex::new(steps),
         journals: Mutex::new(BTreeSet::new()),
+        cache_writer: Mutex::new(()),
         report,
         _lock: lock,
     })

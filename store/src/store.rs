@@ -36,6 +36,8 @@ pub(crate) struct Inner {
     pub(crate) database: Mutex<Option<Database>>,
     pub(crate) steps: Mutex<StepIndexes>,
     pub(crate) journals: Mutex<BTreeSet<RunName>>,
+    /// Held while a cache entry is written: two of one key would share a temporary file.
+    pub(crate) cache_writer: Mutex<()>,
     pub(crate) report: Vec<Finding>,
     pub(crate) _lock: Lock,
 }
@@ -293,6 +295,7 @@ impl Store {
 
     /// Puts a payload into the cache, replacing what was there.
     pub fn cache_put(&self, key: &Digest, payload: Vec<u8>) -> Result<(), CacheError> {
+        let _writing = locked(&self.inner.cache_writer);
         cache::put(&self.inner.layout, key, payload)
     }
 

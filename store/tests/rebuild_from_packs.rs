@@ -147,3 +147,44 @@ fn a_run_with_a_damaged_last_step_can_be_set_back_and_goes_on() {
     assert_eq!(store.steps(&a).unwrap().len(), 3);
     assert!(store.check(Depth::Deep).unwrap().is_sound());
 }
+
+#[test]
+fn a_run_whose_record_is_lost_is_named_and_takes_no_other_with_it() {
+    let dir = tempfile::tempdir().unwrap();
+    build(dir.path());
+    for file in ["run.rmp", "run.copy.rmp"] {
+        fs::write(dir.path().join("packs/b").join(file), "x").unwrap();
+    }
+    let store = Store::open(dir.path()).unwrap();
+    assert_eq!(store.run_names().unwrap(), [name("a"), name("b")]);
+    let error = store.run(&name("b")).unwrap_err().to_string();
+    assert!(error.contains("packs/b/run.rmp"), "{error}");
+    assert!(store.runs().is_err(), "the run vanished from the list");
+    let report = store.opening_report();
+    assert!(
+        report
+            .iter()
+            .any(|finding| finding.severity == Severity::Damage)
+    );
+    assert_step(&store, &name("a"), 3);
+    assert!(!store.check(Depth::Quick).unwrap().is_sound());
+    assert!(dir.path().join("packs/b/00000003.pack").exists());
+}
+
+#[test]
+fn a_cache_entry_written_by_many_at_once_is_one_of_theirs() {
+    let dir = tempfile::tempdir().unwrap();
+    let store = Store::open(dir.path()).unwrap();
+    let key = store::Digest::of(b"packing");
+    std::thread::scope(|scope| {
+        for _ in 0..4 {
+            scope.spawn(|| {
+                for _ in 0..5 {
+                    store.cache_put(&key, state(1, 1, 500)).unwrap();
+                }
+            });
+        }
+    });
+    assert_eq!(store.cache_get(&key), Some(state(1, 1, 500)));
+    assert!(store.check(Depth::Deep).unwrap().findings.is_empty());
+}
