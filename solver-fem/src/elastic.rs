@@ -101,13 +101,25 @@ impl Elastic {
         if !(determinant > 0.0 && determinant.is_finite()) {
             return Err(ElasticError::Inverted { determinant });
         }
-        // b = F·Fᵀ = V², so that V, V⁻¹ and log V share the eigenvectors of b.
-        let (squares, axes) = tensor::symmetric_eigen(&tensor::product(f, &tensor::transpose(f)));
+        // b = F·Fᵀ = V², so that V, V⁻¹ and log V share the eigenvectors of b. From b − I, with
+        // F = I + H: b − I = H + Hᵀ + H·Hᵀ keeps the digits of small strains.
+        let mut h = *f;
+        for i in 0..D {
+            h[i][i] -= 1.0;
+        }
+        let mut excess = tensor::product(&h, &tensor::transpose(&h));
+        for i in 0..D {
+            for j in 0..D {
+                excess[i][j] += h[i][j] + h[j][i];
+            }
+        }
+        let (excess, axes) = tensor::symmetric_eigen(&excess);
+        let squares = excess.map(|e| 1.0 + e);
         if squares.iter().any(|&s| s <= 0.0) {
             return Err(ElasticError::Inverted { determinant });
         }
         let inverse_stretch = tensor::from_eigen(&squares.map(|s| 1.0 / s.sqrt()), &axes);
-        let log_stretch = tensor::from_eigen(&squares.map(|s| 0.5 * libm::log(s)), &axes);
+        let log_stretch = tensor::from_eigen(&excess.map(|e| 0.5 * libm::log1p(e)), &axes);
         let rotation = tensor::product(&inverse_stretch, f);
         let rotated = tensor::rotate(&rotation, stress);
 

@@ -72,7 +72,8 @@ fn distorted_elements_pass_the_patch_test() {
 
 /// Error of u_r at the inner wall under inner pressure, relative.
 fn lame_error(elements: usize) -> f64 {
-    let (a, b, pressure) = (1.0, 3.0, 1e-7);
+    // Small enough to be linear, large enough that the roundoff of positions does not show.
+    let (a, b, pressure) = (1.0, 3.0, 1e-5);
     let mesh = Mesh::annulus(&Annulus {
         inner_radius: a,
         outer_radius: b,
@@ -93,7 +94,7 @@ fn lame_error(elements: usize) -> f64 {
     let start = at_rest(&problem, &law, &[0.0, 0.0]);
     let outer = 0.4 * pressure;
     let outcome =
-        elastic_step(&problem, &law, &start, &[pressure, outer], 1e-10).expect("converges");
+        elastic_step(&problem, &law, &start, &[pressure, outer], 1e-8).expect("converges");
     // physics.md §7: A, B with compression positive, u = A r/(2(λ+G)) + B/(2Gr) outward positive
     // for inner pressure once A counts tension.
     let big_a = (pressure * a * a - outer * b * b) / (b * b - a * a);
@@ -131,8 +132,8 @@ fn the_tip_of_cooks_membrane_comes_up_by_the_known_amount() {
         .expect("stable")
         .plane_stress_equivalent();
     let start = at_rest(&problem, &law, &[0.0]);
-    let total = 1e-7;
-    let outcome = elastic_step(&problem, &law, &start, &[total / 16.0], 1e-9).expect("converges");
+    let total = 1e-5;
+    let outcome = elastic_step(&problem, &law, &start, &[total / 16.0], 1e-6).expect("converges");
     let node = node_at(&problem, 48.0, 52.0);
     let tip = outcome.state.displacement_of(node)[1] / total;
     assert!((tip - 23.96).abs() < 0.03, "{tip}");
@@ -142,7 +143,7 @@ fn the_tip_of_cooks_membrane_comes_up_by_the_known_amount() {
         &outcome.state.reactions,
     );
     assert!(
-        (support[1] / total + 1.0).abs() < 1e-7,
+        (support[1] / total + 1.0).abs() < 1e-6,
         "the clamp carries the load"
     );
 }

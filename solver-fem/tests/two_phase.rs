@@ -23,7 +23,8 @@ use solver_fem::{Base, ConstitutiveResponse, GaussPointId, Smoothness, Wave};
 struct Granular {
     elastic: Elastic,
     hardening: f64,
-    /// Relative size of the scatter of the stress, as from a REV stopped at a finite tolerance.
+    /// Scatter of the stress over an increment of 1e-3; smaller increments scatter less, which is
+    /// what the path phase lives on.
     noise: f64,
 }
 
@@ -84,6 +85,11 @@ impl Granular {
             }
         }
         let elastic_tangent = self.elastic.tangent_at(&end.stress);
+        let size = (0..2)
+            .flat_map(|i| (0..2).map(move |j| f[i][j] - if i == j { 1.0 } else { 0.0 }))
+            .map(|h| h * h)
+            .sum::<f64>()
+            .sqrt();
         // Scatter that depends on every bit of F: as good as random, and yet a pure function.
         let mut seed = f.iter().flatten().fold(0u64, |seed, x| {
             (seed ^ x.to_bits())
@@ -94,7 +100,7 @@ impl Granular {
             for j in i..2 {
                 seed = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).rotate_left(17) ^ 0x5bd1;
                 let random = (seed >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
-                end.stress[i][j] += self.noise * random;
+                end.stress[i][j] += self.noise * random * (size / 1e-3).min(1.0);
                 end.stress[j][i] = end.stress[i][j];
             }
         }
@@ -178,17 +184,7 @@ fn problem() -> Arc<Problem<2>> {
         Condition::pressure("left", Value::Constant(1.0)),
         Condition::pressure("right", Value::Constant(1.0)),
     ];
-    let mut mesh = mesh;
-    let middle = common_mid(&mesh);
-    mesh.node_sets.insert("bottom_mid".into(), vec![middle]);
     Arc::new(Problem::plane_strain(mesh, conditions, 1).expect("sound"))
-}
-
-fn common_mid(mesh: &Mesh<2>) -> usize {
-    mesh.nodes
-        .iter()
-        .position(|n| *n == [0.5, 0.0])
-        .expect("a middle node")
 }
 
 const SIGMA0: Tensor2<2> = [[-1.0, 0.0], [0.0, -1.0]];
@@ -267,13 +263,12 @@ fn a_noisy_path_dependent_law_converges_through_yield() {
     let problem = problem();
     let (mut engine, mut state) = engine(&problem, 20.0, 1e-4);
     let settings = StepSettings::default();
-    let mut phases = Vec::new();
     for step in 1..=12 {
-        let load = -4e-4 * f64::from(step);
+        let load = -1e-3 * f64::from(step);
         let outcome = solve(&problem, &mut engine, &state, load, &settings).expect("converges");
         assert_eq!(outcome.accepted, Acceptance::Tolerance);
         assert!(outcome.residual <= settings.force_tolerance);
-        phases.extend(outcome.sweeps.iter().map(|sweep| sweep.phase));
+        assert_eq!(outcome.sweeps[0].phase, Phase::Pure);
         state = outcome.state;
         for id in problem.gauss_points() {
             assert_eq!(state.stress_at(id), engine.committed[id.index()].stress);
@@ -283,38 +278,64 @@ fn a_noisy_path_dependent_law_converges_through_yield() {
         engine.committed.iter().any(|p| p.plastic > 1e-4),
         "the law did yield"
     );
-    assert_eq!(phases[0], Phase::Pure);
 }
 
+/// Pure sweeps scatter too much for the tolerance; path sweeps must bring every step home.
 #[test]
-fn the_path_phase_carries_a_tolerance_near_the_noise() {
+fn the_path_phase_goes_below_the_scatter_of_a_whole_step() {
     let problem = problem();
-    let (mut engine, mut state) = engine(&problem, 20.0, 2e-4);
-    // Tight enough that the pure phase stalls on the noise.
+    let (mut engine, mut state) = engine(&problem, 20.0, 5e-3);
     let settings = StepSettings {
-        force_tolerance: 3e-4,
+        force_tolerance: 1e-5,
         ..StepSettings::default()
     };
-    let mut path = 0;
     for step in 1..=8 {
-        let load = -8e-4 * f64::from(step);
-        match solve(&problem, &mut engine, &state, load, &settings) {
-            Ok(outcome) => {
-                path += outcome
-                    .sweeps
-                    .iter()
-                    .filter(|s| s.phase != Phase::Pure)
-                    .count();
-                if let Acceptance::LooselyAccepted { residual } = outcome.accepted {
-                    assert!(residual <= 1e-2);
-                    assert_eq!(outcome.sweeps.len(), 28, "only after every sweep was used");
-                }
-                state = outcome.state;
-            }
-            Err(failure) => panic!("{failure}"),
-        }
+        let load = -1.5e-3 * f64::from(step);
+        let outcome = solve(&problem, &mut engine, &state, load, &settings).expect("converges");
+        assert_eq!(outcome.accepted, Acceptance::Tolerance);
+        let pure = outcome
+            .sweeps
+            .iter()
+            .filter(|sweep| sweep.phase == Phase::Pure);
+        assert!(pure.clone().count() <= 4);
+        assert!(
+            pure.clone().all(|sweep| sweep.residual > 1e-4),
+            "the test tests the path phase"
+        );
+        state = outcome.state;
     }
-    assert!(path > 0, "the path phase was entered");
+}
+
+/// What cannot be reached is accepted only within the loose tolerance, with the best wave, and the
+/// outcome says so.
+#[test]
+fn a_step_accepted_loosely_says_so_and_commits_its_best_wave() {
+    let problem = problem();
+    let (mut engine, state) = engine(&problem, 20.0, 5e-3);
+    let settings = StepSettings {
+        force_tolerance: 1e-15,
+        ..StepSettings::default()
+    };
+    let outcome = solve(&problem, &mut engine, &state, -2e-3, &settings).expect("loosely");
+    assert_eq!(outcome.sweeps.len(), 28);
+    let best = outcome
+        .sweeps
+        .iter()
+        .min_by(|a, b| a.residual.total_cmp(&b.residual));
+    let best = best.expect("there are sweeps");
+    assert_eq!((outcome.wave, outcome.residual), (best.wave, best.residual));
+    assert_eq!(
+        outcome.accepted,
+        Acceptance::LooselyAccepted {
+            residual: best.residual
+        }
+    );
+    for id in problem.gauss_points() {
+        assert_eq!(
+            outcome.state.stress_at(id),
+            engine.committed[id.index()].stress
+        );
+    }
 }
 
 /// A killed step must go on with the same bits from any wave it had issued.
@@ -322,7 +343,7 @@ fn the_path_phase_carries_a_tolerance_near_the_noise() {
 fn a_step_restored_at_any_wave_ends_with_the_same_bits() {
     let problem = problem();
     let settings = StepSettings {
-        force_tolerance: 1e-5,
+        force_tolerance: 1e-15,
         strategy: Strategy::TwoPhase(TwoPhase {
             sweeps: 6,
             elastic_sweeps: 3,
@@ -412,7 +433,7 @@ fn an_impossible_step_fails_with_the_elements_that_carry_the_residual() {
     let failure = solve(&problem, &mut engine, &state, -1e-3, &settings).expect_err("noise");
     assert!(matches!(
         failure.reason,
-        FailureReason::NotConverged { sweeps: 28, .. }
+        FailureReason::NotConverged { sweeps: 4, .. }
     ));
     assert!(!failure.worst_elements.is_empty());
     assert!(

@@ -108,7 +108,8 @@ impl<const D: usize> Mesh<D> {
             problems.push(MeshProblem::NoElements);
         }
         let nodes = element.node_count();
-        if self.nodes_per_element != nodes || self.connectivity.len() % nodes.max(1) != 0 {
+        if self.nodes_per_element != nodes || !self.connectivity.len().is_multiple_of(nodes.max(1))
+        {
             problems.push(MeshProblem::WrongElementKind {
                 kind: element.name(),
                 expected: nodes,

@@ -186,6 +186,11 @@ impl<const D: usize> StepSolver<D> {
         &self.state
     }
 
+    /// What the waves answered so far gave, in order.
+    pub fn sweeps(&self) -> &[SweepReport] {
+        &self.state.sweeps
+    }
+
     /// The pending request; the same one until it is answered.
     pub fn next(&self) -> Request<D> {
         match &self.state.status {
