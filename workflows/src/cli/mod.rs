@@ -1,6 +1,6 @@
 //! The command line. [`run`] is all of `main`; [`execute`] is the same with its streams handed in, for tests.
 //!
-//! Data goes to stdout, everything else to stderr. One verb, one file in [`verbs`].
+//! Data goes to stdout, everything else to stderr. One verb, one file in `verbs`.
 
 mod args;
 mod display;

@@ -1,15 +1,16 @@
 //! The boundaries and nodes that a structured mesh names, known before the mesh is built.
 
-use super::document::{Mesh, Sector};
+use super::document::{Annulus, Mesh, Sector};
 
 /// A named boundary or node.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Place {
     /// Its name.
-    pub name: &'static str,
+    pub name: String,
     /// Whether pressure and traction can act on it.
     pub kind: PlaceKind,
-    /// Points of it that tell it apart: corners, middles, points on the axes. Two places meet where they share one.
+    /// Coordinates of the points that tell it apart: corners, middles, points on the axes. Each is a node of the mesh (up
+    /// to rounding); two places meet where they share one. A node has exactly one.
     pub points: Vec<[f64; 2]>,
 }
 
@@ -28,15 +29,13 @@ pub enum PlaceKind {
 pub fn places(mesh: &Mesh) -> Vec<Place> {
     match mesh {
         Mesh::Rectangle(rectangle) => of_rectangle(rectangle.size),
-        Mesh::Annulus(annulus) => {
-            of_annulus(annulus.sector, annulus.inner_radius, annulus.outer_radius)
-        }
+        Mesh::Annulus(annulus) => of_annulus(annulus),
     }
 }
 
-fn place(name: &'static str, kind: PlaceKind, points: impl Into<Vec<[f64; 2]>>) -> Place {
+fn place(name: impl Into<String>, kind: PlaceKind, points: impl Into<Vec<[f64; 2]>>) -> Place {
     Place {
-        name,
+        name: name.into(),
         kind,
         points: points.into(),
     }
@@ -67,26 +66,31 @@ fn of_rectangle([w, h]: [f64; 2]) -> Vec<Place> {
     ]
 }
 
-fn of_annulus(sector: Sector, a: f64, b: f64) -> Vec<Place> {
+fn of_annulus(ring: &Annulus) -> Vec<Place> {
     use PlaceKind::{Curved, Node, Straight};
-    let (east, north, west, south) = ([1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]);
-    let at = |radius: f64, direction: [f64; 2]| [radius * direction[0], radius * direction[1]];
-    let ring = |radius: f64, directions: &[[f64; 2]]| {
+    let (a, b) = (ring.inner_radius, ring.outer_radius);
+    let [east, north, west, south] = [
+        ("east", [1.0, 0.0]),
+        ("north", [0.0, 1.0]),
+        ("west", [-1.0, 0.0]),
+        ("south", [0.0, -1.0]),
+    ];
+    let directions = match ring.sector {
+        Sector::Quarter => vec![east, north],
+        Sector::Half => vec![east, north, west],
+        Sector::Full if ring.elements[0] % 2 == 0 => vec![east, north, west, south],
+        // A full ring of n elements has nodes at the angles k·π/n, which reach π/2 for even n only.
+        Sector::Full => vec![east, west],
+    };
+    let at = |radius: f64, (_, [x, y]): (&str, [f64; 2])| [radius * x, radius * y];
+    let on = |radius: f64| {
         directions
             .iter()
-            .map(|&d| at(radius, d))
+            .map(|&direction| at(radius, direction))
             .collect::<Vec<_>>()
     };
-    let directions: &[[f64; 2]] = match sector {
-        Sector::Quarter => &[east, north],
-        Sector::Half => &[east, north, west],
-        Sector::Full => &[east, north, west, south],
-    };
-    let mut places = vec![
-        place("inner", Curved, ring(a, directions)),
-        place("outer", Curved, ring(b, directions)),
-    ];
-    match sector {
+    let mut places = vec![place("inner", Curved, on(a)), place("outer", Curved, on(b))];
+    match ring.sector {
         Sector::Quarter => {
             places.push(place("symmetry_x", Straight(1), [at(a, east), at(b, east)]));
             places.push(place(
@@ -96,25 +100,23 @@ fn of_annulus(sector: Sector, a: f64, b: f64) -> Vec<Place> {
             ));
         }
         Sector::Half => {
-            let points = [at(a, east), at(b, east), at(a, west), at(b, west)];
-            places.push(place("symmetry_x", Straight(1), points));
+            places.push(place(
+                "symmetry_x",
+                Straight(1),
+                [at(a, east), at(b, east), at(a, west), at(b, west)],
+            ));
         }
-        Sector::Full => {
-            let names = ["inner_east", "inner_north", "inner_west", "inner_south"];
-            places.extend(
-                names
-                    .into_iter()
-                    .zip(directions)
-                    .map(|(name, &d)| place(name, Node, [at(a, d)])),
-            );
-            let names = ["outer_east", "outer_north", "outer_west", "outer_south"];
-            places.extend(
-                names
-                    .into_iter()
-                    .zip(directions)
-                    .map(|(name, &d)| place(name, Node, [at(b, d)])),
-            );
-        }
+        Sector::Full => {}
+    }
+    for (side, radius) in [("inner", a), ("outer", b)] {
+        let node = |&direction: &(&str, [f64; 2])| {
+            place(
+                format!("{side}_{}", direction.0),
+                Node,
+                [at(radius, direction)],
+            )
+        };
+        places.extend(directions.iter().map(node));
     }
     places
 }

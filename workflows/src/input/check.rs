@@ -140,7 +140,8 @@ impl<'s> Checker<'s, '_, '_> {
                     .into_iter()
                     .flat_map(|map| map.keys().map(String::as_str))
                     .collect();
-                self.unknown_key(&inner, &entry.key, &known);
+                let home = self.home(properties, &entry.key);
+                self.unknown_key(&inner, &entry.key, &known, home);
                 meant.extend(nearest(&entry.key, known.iter().copied()));
             }
         }
@@ -170,13 +171,35 @@ impl<'s> Checker<'s, '_, '_> {
         }
     }
 
-    fn unknown_key(&mut self, path: &Path, key: &str, known: &[&str]) {
+    fn unknown_key(&mut self, path: &Path, key: &str, known: &[&str], inside: Option<&str>) {
         self.unknown.insert(path.clone());
-        self.report.at_key(
-            path,
-            format!("there is no key `{key}` here"),
-            suggest(key, known.iter().copied(), "keys"),
-        );
+        let help = match inside {
+            Some(parent) => format!("it belongs inside `{parent}: {{ … }}`"),
+            None => suggest(key, known.iter().copied(), "keys"),
+        };
+        self.report
+            .at_key(path, format!("there is no key `{key}` here"), help);
+    }
+
+    /// The one of `properties` that is a map with this very key.
+    fn home<'p>(
+        &self,
+        properties: Option<&'p serde_json::Map<String, Json>>,
+        key: &str,
+    ) -> Option<&'p str> {
+        let has_it = |property: &Json| {
+            let target = property
+                .get("$ref")
+                .and_then(Json::as_str)
+                .and_then(|name| self.schema.pointer(name.strip_prefix('#')?));
+            target
+                .and_then(|target| target.get("properties")?.get(key))
+                .is_some()
+        };
+        properties?
+            .iter()
+            .find(|(_, property)| has_it(property))
+            .map(|(name, _)| name.as_str())
     }
 
     fn description(&self, schema: &'s Json) -> Option<String> {
@@ -267,7 +290,7 @@ impl<'s> Checker<'s, '_, '_> {
                     let inner = path.key(entry.key.as_str());
                     match forms.keyed.iter().find(|(key, _)| *key == entry.key) {
                         Some((_, schema)) => self.node(&entry.value, schema, &inner),
-                        None => self.unknown_key(&inner, &entry.key, &known),
+                        None => self.unknown_key(&inner, &entry.key, &known, None),
                     }
                 }
                 if entries.len() != 1 {

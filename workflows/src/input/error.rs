@@ -91,7 +91,7 @@ impl fmt::Display for InputErrors {
 
 impl InputErrors {
     fn show(&self, f: &mut fmt::Formatter<'_>, error: &InputError, lines: &[&str]) -> fmt::Result {
-        writeln!(f, "error: {}", error.message)?;
+        writeln!(f, "error: {}", harmless(&error.message))?;
         let number = error
             .span
             .map_or(String::new(), |span| span.line.to_string());
@@ -107,10 +107,17 @@ impl InputErrors {
             }
         }
         match &error.help {
-            Some(help) => writeln!(f, "{gutter} = help: {help}"),
+            Some(help) => writeln!(f, "{gutter} = help: {}", harmless(help)),
             None => Ok(()),
         }
     }
+}
+
+/// A word of the file that a message quotes cannot steer the terminal.
+fn harmless(text: &str) -> String {
+    text.chars()
+        .map(|c| if c.is_control() { '\u{fffd}' } else { c })
+        .collect()
 }
 
 /// The part of a line around a span, and the line of carets under it. Control characters become spaces, so that

@@ -6,7 +6,7 @@
 //!
 //! Each stage goes on after a mistake as far as it can, so that one run of the program shows them all.
 
-mod boundaries;
+pub mod boundaries;
 mod check;
 mod document;
 mod error;

@@ -13,6 +13,17 @@ pub enum Mesh {
     Annulus(Annulus),
 }
 
+impl Mesh {
+    /// Number of elements.
+    pub fn element_count(&self) -> u64 {
+        let [first, second] = match self {
+            Mesh::Rectangle(rectangle) => rectangle.elements,
+            Mesh::Annulus(annulus) => annulus.elements,
+        };
+        u64::from(first) * u64::from(second)
+    }
+}
+
 /// A rectangle with sides along x and y. Boundaries: left, right, bottom, top; nodes: left_mid, right_mid, bottom_mid,
 /// top_mid, bottom_left, bottom_right, top_left, top_right. Element 0 is at the bottom left, x runs fastest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -27,9 +38,9 @@ pub struct Rectangle {
 }
 
 /// A ring around the origin, or a part of one, graded towards the cavity. Boundaries: inner, outer and, where the ring
-/// is cut, symmetry_x (the cut along the x axis) and symmetry_y (the cut along the y axis). A full ring has the nodes
-/// inner_east, inner_north, inner_west, inner_south and the same of outer. Element 0 is at the cavity on the positive
-/// x axis, the circumferential direction runs fastest.
+/// is cut, symmetry_x (the cut along the x axis) and symmetry_y (the cut along the y axis); nodes: inner_east,
+/// inner_north, inner_west, inner_south and the same of outer, as far as there are nodes on the axes. Element 0 is at
+/// the cavity on the positive x axis, the circumferential direction runs fastest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Annulus {

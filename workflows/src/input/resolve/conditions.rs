@@ -71,7 +71,7 @@ fn condition<'p>(
             message,
             suggest(
                 &written.on,
-                places.iter().map(|place| place.name),
+                places.iter().map(|place| place.name.as_str()),
                 "boundaries and nodes",
             ),
         );
@@ -174,7 +174,7 @@ fn contradiction(reader: &mut Reader<'_, '_>, earlier: &Placed<'_>, later: &Plac
     use ConditionKind::{Displacement, Pressure, Traction};
     let (a, b) = (earlier, later);
     let same = a.place.name == b.place.name;
-    let name = a.place.name;
+    let name = &a.place.name;
     let message = match (&a.condition.kind, &b.condition.kind) {
         (
             Displacement {
@@ -197,7 +197,7 @@ fn contradiction(reader: &mut Reader<'_, '_>, earlier: &Placed<'_>, later: &Plac
                     AXES[*i]
                 )
             } else if meet && v != w {
-                let other = b.place.name;
+                let other = &b.place.name;
                 format!(
                     "`{name}` and `{other}` meet, and their displacements along {} differ",
                     AXES[*i]

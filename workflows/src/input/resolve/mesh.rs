@@ -12,17 +12,6 @@ const MOST_ELEMENTS: u64 = 1_000_000;
 /// Shortest over longest radial length of an element in a ring, below which it counts as having no area.
 const THINNEST: f64 = 1e-9;
 
-impl Mesh {
-    /// Number of elements.
-    pub fn element_count(&self) -> u64 {
-        let [first, second] = match self {
-            Mesh::Rectangle(rectangle) => rectangle.elements,
-            Mesh::Annulus(annulus) => annulus.elements,
-        };
-        u64::from(first) * u64::from(second)
-    }
-}
-
 pub fn read(reader: &mut Reader<'_, '_>) -> Option<Mesh> {
     let path = Path::root().key("mesh");
     let mesh: Mesh = reader.required(&path)?;
