@@ -3,6 +3,7 @@
 use workflows::output::WriteError;
 use workflows::output::csv::{Column, Table};
 use workflows::output::pvd::{self, Entry};
+use workflows::output::vtp;
 use workflows::output::vtu::{self, Array, CellKind, Grid, Values};
 
 const POINTS: [[f64; 2]; 8] = [
@@ -79,6 +80,34 @@ fn an_array_of_the_wrong_length_is_refused_before_a_file_appears() {
         })
     ));
     assert!(!path.exists());
+}
+
+#[test]
+fn grains_and_contacts_keep_the_structure_that_readers_expect() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("rev.vtp");
+    let grains = vtp::Points {
+        points: &POINTS[..3],
+        lines: &[[0, 1], [1, 2]],
+    };
+    let radius = [Array {
+        name: "radius",
+        values: Values::Scalar(&[0.5, 0.4, 0.3]),
+    }];
+    let force = [Array {
+        name: "normal_force",
+        values: Values::Scalar(&[1.0, 2.0]),
+    }];
+    vtp::write(&path, &grains, &radius, &force).unwrap();
+    insta::assert_snapshot!(std::fs::read_to_string(&path).unwrap());
+    let broken = vtp::Points {
+        lines: &[[0, 3]],
+        ..grains
+    };
+    assert!(matches!(
+        vtp::write(&path, &broken, &[], &[]),
+        Err(WriteError::Connectivity { .. })
+    ));
 }
 
 #[test]

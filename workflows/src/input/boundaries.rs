@@ -78,7 +78,7 @@ fn of_annulus(ring: &Annulus) -> Vec<Place> {
     let directions = match ring.sector {
         Sector::Quarter => vec![east, north],
         Sector::Half => vec![east, north, west],
-        Sector::Full if ring.elements[0] % 2 == 0 => vec![east, north, west, south],
+        Sector::Full if ring.elements[0].is_multiple_of(2) => vec![east, north, west, south],
         // A full ring of n elements has nodes at the angles k·π/n, which reach π/2 for even n only.
         Sector::Full => vec![east, west],
     };

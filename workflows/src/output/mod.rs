@@ -5,6 +5,8 @@ mod base64;
 pub mod csv;
 mod file;
 pub mod pvd;
+mod vtk;
+pub mod vtp;
 pub mod vtu;
 
 use std::path::PathBuf;

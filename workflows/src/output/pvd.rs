@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::WriteError;
 use super::file::write_whole;
-use super::vtu::escape;
+use super::vtk::escape;
 
 /// One file of the collection.
 #[derive(Debug, Clone, PartialEq)]

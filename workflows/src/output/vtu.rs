@@ -1,14 +1,14 @@
 //! VTU: an unstructured grid with its fields, in VTK's XML format, for ParaView, PyVista and meshio.
 //!
-//! Format: "VTK XML Formats" of the VTK documentation. Arrays are inline, base 64, uncompressed, little endian, each behind a
-//! 64-bit length. Vectors and tensors are padded with zeros to three dimensions, as ParaView expects.
+//! Format: "VTK XML Formats" of the VTK documentation.
 
-use std::io::Write;
 use std::path::Path;
 
 use super::WriteError;
-use super::base64::encode;
 use super::file::write_whole;
+use super::vtk::{array, begin, check_count, data, doubles, end, longs, pad};
+
+pub use super::vtk::{Array, Values};
 
 /// Shape of the cells, with the number that VTK has for it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,56 +43,6 @@ pub struct Grid<'a, const D: usize> {
     pub connectivity: &'a [u32],
 }
 
-/// A named array with one value for each point or cell.
-#[derive(Debug, Clone, Copy)]
-pub struct Array<'a, const D: usize> {
-    /// Its name in ParaView.
-    pub name: &'a str,
-    /// Its values.
-    pub values: Values<'a, D>,
-}
-
-/// The values of an array.
-#[derive(Debug, Clone, Copy)]
-pub enum Values<'a, const D: usize> {
-    /// One number each.
-    Scalar(&'a [f64]),
-    /// One vector each.
-    Vector(&'a [[f64; D]]),
-    /// One second-order tensor each, `t[i][j]` in row i, column j.
-    Tensor(&'a [[[f64; D]; D]]),
-}
-
-impl<const D: usize> Values<'_, D> {
-    fn len(&self) -> usize {
-        match self {
-            Self::Scalar(values) => values.len(),
-            Self::Vector(values) => values.len(),
-            Self::Tensor(values) => values.len(),
-        }
-    }
-
-    fn components(&self) -> usize {
-        match self {
-            Self::Scalar(_) => 1,
-            Self::Vector(_) => 3,
-            Self::Tensor(_) => 9,
-        }
-    }
-
-    fn bytes(&self) -> Vec<u8> {
-        match self {
-            Self::Scalar(values) => doubles(values.iter().copied()),
-            Self::Vector(values) => doubles(values.iter().flat_map(pad)),
-            Self::Tensor(values) => {
-                doubles(values.iter().flat_map(|tensor| {
-                    (0..3).flat_map(move |i| tensor.get(i).map_or([0.0; 3], pad))
-                }))
-            }
-        }
-    }
-}
-
 /// Writes `grid` with its fields to `path`.
 ///
 /// # Errors
@@ -107,12 +57,7 @@ pub fn write<const D: usize>(
     let cells = check(grid, point_data, cell_data)?;
     write_whole(path, |out| {
         let (points, nodes) = (grid.points.len(), grid.kind.node_count());
-        writeln!(out, r#"<?xml version="1.0"?>"#)?;
-        writeln!(
-            out,
-            r#"<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" header_type="UInt64">"#
-        )?;
-        writeln!(out, "<UnstructuredGrid>")?;
+        begin(out, "UnstructuredGrid")?;
         writeln!(
             out,
             r#"<Piece NumberOfPoints="{points}" NumberOfCells="{cells}">"#
@@ -128,22 +73,14 @@ pub fn write<const D: usize>(
             &doubles(grid.points.iter().flat_map(pad)),
         )?;
         writeln!(out, "</Points>\n<Cells>")?;
-        let longs = |values: &mut dyn Iterator<Item = i64>| {
-            values.flat_map(i64::to_le_bytes).collect::<Vec<u8>>()
-        };
-        array(
-            out,
-            "Int64",
-            "connectivity",
-            1,
-            &longs(&mut grid.connectivity.iter().map(|&point| i64::from(point))),
-        )?;
+        let connectivity = longs(grid.connectivity.iter().map(|&point| i64::from(point)));
+        array(out, "Int64", "connectivity", 1, &connectivity)?;
         array(
             out,
             "Int64",
             "offsets",
             1,
-            &longs(&mut (1..=cells).map(|cell| (cell * nodes) as i64)),
+            &longs((1..=cells).map(|cell| (cell * nodes) as i64)),
         )?;
         array(
             out,
@@ -152,7 +89,8 @@ pub fn write<const D: usize>(
             1,
             &vec![grid.kind.vtk_number(); cells],
         )?;
-        writeln!(out, "</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>")
+        writeln!(out, "</Cells>")?;
+        end(out, "UnstructuredGrid")
     })
 }
 
@@ -164,15 +102,7 @@ fn check<const D: usize>(
 ) -> Result<usize, WriteError> {
     let (points, nodes) = (grid.points.len(), grid.kind.node_count());
     let cells = grid.connectivity.len() / nodes;
-    let count = |name: &str, expected, found| match expected == found {
-        true => Ok(()),
-        false => Err(WriteError::Count {
-            name: name.to_owned(),
-            expected,
-            found,
-        }),
-    };
-    count("connectivity", cells * nodes, grid.connectivity.len())?;
+    check_count("connectivity", cells * nodes, grid.connectivity.len())?;
     if let Some(at) = grid
         .connectivity
         .iter()
@@ -186,59 +116,9 @@ fn check<const D: usize>(
     }
     point_data
         .iter()
-        .try_for_each(|array| count(array.name, points, array.values.len()))?;
+        .try_for_each(|array| check_count(array.name, points, array.values.len()))?;
     cell_data
         .iter()
-        .try_for_each(|array| count(array.name, cells, array.values.len()))?;
+        .try_for_each(|array| check_count(array.name, cells, array.values.len()))?;
     Ok(cells)
-}
-
-fn data<const D: usize>(
-    out: &mut dyn Write,
-    section: &str,
-    arrays: &[Array<'_, D>],
-) -> std::io::Result<()> {
-    writeln!(out, "<{section}>")?;
-    for one in arrays {
-        array(
-            out,
-            "Float64",
-            one.name,
-            one.values.components(),
-            &one.values.bytes(),
-        )?;
-    }
-    writeln!(out, "</{section}>")
-}
-
-fn array(
-    out: &mut dyn Write,
-    kind: &str,
-    name: &str,
-    components: usize,
-    bytes: &[u8],
-) -> std::io::Result<()> {
-    let name = escape(name);
-    // Length and content are two base-64 texts of their own.
-    let (length, content) = (encode(&(bytes.len() as u64).to_le_bytes()), encode(bytes));
-    writeln!(
-        out,
-        r#"<DataArray type="{kind}" Name="{name}" NumberOfComponents="{components}" format="binary">{length}{content}</DataArray>"#
-    )
-}
-
-fn pad<const D: usize>(vector: &[f64; D]) -> [f64; 3] {
-    std::array::from_fn(|i| vector.get(i).copied().unwrap_or(0.0))
-}
-
-fn doubles(values: impl Iterator<Item = f64>) -> Vec<u8> {
-    values.flat_map(f64::to_le_bytes).collect()
-}
-
-/// `text` inside an attribute of XML.
-pub(super) fn escape(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-        .replace('"', "&quot;")
 }
