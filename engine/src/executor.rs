@@ -20,6 +20,9 @@ pub type BoxFuture<'a, T> = Pin<Box<dyn Future<Output = T> + Send + 'a>>;
 pub trait Executor<W: Work>: Send + Sync {
     /// Carries out one attempt.
     ///
+    /// The scheduler calls this in the order in which tasks are to start, so the task is to be queued
+    /// in the call itself, not when the future is first polled. The call must not block.
+    ///
     /// Dropping the future abandons the attempt: its result is no longer wanted. The executor must
     /// then see to it that [`Executor::slots`] tasks still make progress, even if the abandoned
     /// one never ends.
@@ -28,7 +31,7 @@ pub trait Executor<W: Work>: Send + Sync {
         task: NodeId,
         work: Arc<W>,
         context: TaskContext,
-    ) -> BoxFuture<'_, Attempt<W::Output, W::Error>>;
+    ) -> BoxFuture<'static, Attempt<W::Output, W::Error>>;
 
     /// How many tasks run at the same time, at least 1. Up to twice as many are handed over, so that
     /// no slot waits for the scheduler; with one slot, one.

@@ -1,26 +1,21 @@
 //! Waiting for one attempt, but not for ever.
 
-use std::pin::pin;
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use tokio::time::timeout;
 
-use crate::{Attempt, Executor, NodeId, TaskContext, TaskError, Work};
+use crate::{Attempt, BoxFuture, TaskContext, TaskError};
 
 /// Waits for an attempt. Once it has run for its time limit plus `grace`, it is given up: the future
 /// of the executor is dropped, and the result is [`TaskError::TimeLimit`].
 ///
 /// The limit counts from the moment the work begins; an attempt in the executor's queue has not
 /// begun, however long it waits.
-pub(crate) async fn execute_within_limit<W: Work, E: Executor<W> + ?Sized>(
-    executor: &E,
-    id: NodeId,
-    work: Arc<W>,
+pub(crate) async fn within_limit<O, E>(
+    mut execution: BoxFuture<'static, Attempt<O, E>>,
     context: TaskContext,
     grace: Duration,
-) -> Attempt<W::Output, W::Error> {
-    let mut execution = pin!(executor.execute(id, work, context.clone()));
+) -> Attempt<O, E> {
     let Some(limit) = context.time_limit() else {
         return execution.await;
     };

@@ -84,7 +84,7 @@ impl<W: Work> Executor<W> for LocalPool {
         task: NodeId,
         work: Arc<W>,
         context: TaskContext,
-    ) -> BoxFuture<'_, Attempt<W::Output, W::Error>> {
+    ) -> BoxFuture<'static, Attempt<W::Output, W::Error>> {
         let (sender, receiver) = oneshot::channel();
         let phase = Arc::new(AtomicU8::new(QUEUED));
         let guard = AbandonGuard {

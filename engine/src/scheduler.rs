@@ -4,6 +4,7 @@
 //! is shared and the order of events is the order of its decisions.
 
 use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -15,7 +16,7 @@ use crate::director::{Call, Reply};
 use crate::event::{Emitter, EventKind};
 use crate::graph::Growth;
 use crate::ledger::{Ending, Ledger};
-use crate::limit::execute_within_limit;
+use crate::limit::within_limit;
 use crate::{
     Attempt, CancelLevel, Cause, Executor, Finished, Graph, NodeId, OnFailure, RunEnd, RunSummary,
     TaskContext, TaskError, TaskFailure, Work,
@@ -131,9 +132,9 @@ impl<W: Work, E: Executor<W> + ?Sized + 'static> Scheduler<W, E> {
             }
             tokio::select! {
                 biased;
-                // What was asked is looked up at the top of the loop. The director's handle keeps the
-                // other end of the channel alive, so this does not fire for ever.
-                _ = self.channels.cancel.changed() => {}
+                // What was asked is looked up at the top of the loop. Once every token is dropped, as
+                // after a failure of the director, nothing can be asked and this branch is passed over.
+                Ok(()) = self.channels.cancel.changed() => {}
                 message = self.channels.inbox.recv() => {
                     if let Some(message) = message {
                         self.on_message(message);
@@ -195,11 +196,18 @@ impl<W: Work, E: Executor<W> + ?Sized + 'static> Scheduler<W, E> {
             number: attempt,
             attempt: None,
         };
-        let executor = self.executor.clone();
-        let grace = self.policy.grace;
+        // Handed over here, not in the task below: tokio does not poll tasks in the order of spawning.
+        // Unwind safety: an executor has to cope with its own panics; here it costs one attempt.
+        let handed_over = catch_unwind(AssertUnwindSafe(|| {
+            self.executor.execute(id, work, context.clone())
+        }));
         let inner = context.clone();
+        let grace = self.policy.grace;
         let handle = tokio::spawn(async move {
-            report.ended(execute_within_limit(executor.as_ref(), id, work, inner, grace).await);
+            // Without a future, the report that is dropped says that the executor panicked.
+            if let Ok(execution) = handed_over {
+                report.ended(within_limit(execution, inner, grace).await);
+            }
         })
         .abort_handle();
         self.in_flight.insert(id, InFlight { context, handle });

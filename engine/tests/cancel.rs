@@ -11,6 +11,8 @@ use engine::{CancelToken, Cause, Graph, RunEnd, RunOptions, run_blocking};
 fn a_graceful_cancel_lets_running_tasks_finish_and_delivers_them() {
     let cancel = CancelToken::new();
     let mut graph = Graph::new();
+    // The gate opens only with the report of the quick one, so that the slow one runs until then. It
+    // hangs if the pool does not start tasks by priority.
     let slow = graph.add_task(task(Job::Gate).priority(3)).unwrap();
     let quick = graph.add_task(task(Job::Echo(1)).priority(2)).unwrap();
     for _ in 0..50 {
@@ -36,8 +38,9 @@ fn a_graceful_cancel_lets_running_tasks_finish_and_delivers_them() {
     assert_eq!(*script.ended.of(slow), Ok(0), "what ran is delivered");
     assert!(script.ended.joins.is_empty(), "nothing new starts");
     let finished = script.ended.tasks.iter().filter(|(_, r)| r.is_ok()).count();
+    // The quick one, and at most the four that two slots may have in hand.
     assert!(
-        finished <= 4,
+        finished <= 5,
         "{finished} finished, as if nothing was asked"
     );
     let reported = script.ended.tasks.len() as u64;

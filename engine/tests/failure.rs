@@ -147,7 +147,7 @@ impl Executor<Job> for Queue {
         _task: NodeId,
         work: Arc<Job>,
         context: TaskContext,
-    ) -> BoxFuture<'_, Attempt<u64, JobError>> {
+    ) -> BoxFuture<'static, Attempt<u64, JobError>> {
         Box::pin(async move {
             tokio::time::sleep(500 * MS).await;
             perform(work.as_ref(), &context)

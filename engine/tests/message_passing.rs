@@ -20,7 +20,7 @@ impl Executor<Job> for ByBytes {
         _task: NodeId,
         work: Arc<Job>,
         context: TaskContext,
-    ) -> BoxFuture<'_, Attempt<u64, JobError>> {
+    ) -> BoxFuture<'static, Attempt<u64, JobError>> {
         let request = rmp_serde::to_vec(&(&*work, context.attempt(), context.time_limit()));
         Box::pin(async move {
             let answer = tokio::task::spawn_blocking(move || far_end(&request.unwrap())).await;
@@ -71,7 +71,7 @@ impl Executor<Job> for Broken {
         task: NodeId,
         _work: Arc<Job>,
         _context: TaskContext,
-    ) -> BoxFuture<'_, Attempt<u64, JobError>> {
+    ) -> BoxFuture<'static, Attempt<u64, JobError>> {
         assert!(task.index() > 0, "no route to host");
         let message = "connection closed".to_string();
         Box::pin(async { Attempt::failed(TaskError::Lost { message }) })
