@@ -127,12 +127,10 @@ pub(crate) fn tangent(
     regularisation: f64,
 ) -> Option<Tensor4<2>> {
     let contacts: Vec<Linear> = assembly
-        .links
-        .iter()
-        .filter(|link| link.overlap > 0.0)
-        .map(|link| Linear::new(assembly, link, kind))
+        .closed()
+        .map(|link| Linear::new(assembly, &link, kind))
         .collect();
-    let n = assembly.positions.len();
+    let n = assembly.len();
     if contacts.is_empty() {
         return None;
     }
@@ -278,8 +276,8 @@ pub(crate) fn affine(assembly: &Assembly<'_>) -> Tensor4<2> {
     let volume = assembly.cell.volume();
     let law = assembly.law();
     let mut c = [[[[0.0; 2]; 2]; 2]; 2];
-    for link in assembly.links.iter().filter(|link| link.overlap > 0.0) {
-        let Geometry { n, branch, .. } = assembly.geometry(link);
+    for link in assembly.closed() {
+        let Geometry { n, branch, .. } = assembly.geometry(&link);
         let t = [-n[1], n[0]];
         // Symmetrised in each pair of indices: v = ½(n ⊗ l + l ⊗ n).
         let pair = |a: &Vector<2>, i: usize, j: usize| 0.5 * (a[i] * branch[j] + a[j] * branch[i]);

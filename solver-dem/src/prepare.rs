@@ -227,7 +227,7 @@ pub(crate) fn equilibrate(
         vec![0.0; n],
     )
     .ok_or(PreparationError::TooFewGrains)?;
-    assembly.damping = COMPRESSION_DAMPING;
+    assembly.make_brisk(COMPRESSION_DAMPING);
     let stress = [[Some(-pressure), Some(0.0)], [None, Some(-pressure)]];
     let mut motion = CellMotion::stress_driven(stress, COMPRESSION_RATE);
     let limits = Limits {

@@ -100,7 +100,7 @@ impl CellMotion {
         }
         let dt = assembly.time_step();
         let stress = assembly.stress();
-        let inertia = assembly.positions.len() as f64 / 12.0;
+        let inertia = assembly.len() as f64 / 12.0;
         let limit = self.rate_limit / dt;
         for k in 0..2 {
             for l in 0..2 {

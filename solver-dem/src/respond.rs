@@ -385,23 +385,17 @@ pub(crate) fn answer(
         let mut again = Assembly::new(
             base,
             assembly.cell,
-            assembly.positions.clone(),
-            assembly.rotations.clone(),
+            assembly.positions(),
+            assembly.rotations(),
         )
         .ok_or_else(|| too_small(base, &assembly.cell, relaxed.cycles))?;
         again.compute_forces(Friction::ReturnMapping);
         whole = again;
         &whole
     };
-    let closed = assembly
-        .links
-        .iter()
-        .filter(|link| link.overlap > 0.0)
-        .count();
+    let closed = assembly.closed().count();
     let sliding = over_increment
-        .links
-        .iter()
-        .filter(|link| link.overlap > 0.0)
+        .closed()
         .filter(|link| over_increment.geometry(link).status == Status::Sliding)
         .count();
     let soft = settings.network_regularisation;
@@ -411,7 +405,7 @@ pub(crate) fn answer(
     let affine = || network::affine(assembly);
     Ok(Response {
         state: assembly.state(),
-        rotations: assembly.rotations.clone(),
+        rotations: assembly.rotations(),
         gradient,
         stress: assembly.stress(),
         tangent: algorithmic.unwrap_or_else(affine),
