@@ -421,13 +421,19 @@ fn newton_is_quadratic_for_a_smooth_law_at_large_strain() {
     assert!(outcome.sweeps.iter().all(|s| s.linear_residual < 1e-12));
 }
 
-/// A limit load that is exceeded: the step must end with a reason, elements and no panic.
+/// Too few sweeps for the tolerance: the step must end with a reason, elements and no panic.
 #[test]
 fn an_impossible_step_fails_with_the_elements_that_carry_the_residual() {
     let problem = problem();
     let (mut engine, state) = engine(&problem, 20.0, 0.05);
     let settings = StepSettings {
         force_tolerance: 1e-9,
+        strategy: Strategy::TwoPhase(TwoPhase {
+            sweeps: 3,
+            elastic_sweeps: 1,
+            loose_tolerance: 0.0,
+            ..TwoPhase::default()
+        }),
         ..StepSettings::default()
     };
     let failure = solve(&problem, &mut engine, &state, -1e-3, &settings).expect_err("noise");
@@ -501,4 +507,30 @@ fn a_hold_stage_converges_at_once() {
     let settings = StepSettings::default();
     let outcome = solve(&problem, &mut engine, &state, 0.0, &settings).expect("converges");
     assert_eq!(outcome.sweeps.len(), 1);
+}
+
+/// A material without any stiffness must end as a failed step that names a node, on small meshes
+/// and on those large enough for the blocked factorisation.
+#[test]
+fn a_body_without_stiffness_fails_by_name_instead_of_with_nan() {
+    for elements in [[1, 1], [12, 24]] {
+        let size = [1.0, 2.0];
+        let mesh = Mesh::rectangle(&Rectangle { size, elements }).expect("sound");
+        let conditions = vec![hold("bottom", 0), hold("bottom", 1), drive("top", 1, 0)];
+        let problem = Arc::new(Problem::plane_strain(mesh, conditions, 1).expect("sound"));
+        let points = problem.gauss_point_count();
+        let (stress, none) = (vec![[[0.0; 2]; 2]; points], vec![tensor::zero4(); points]);
+        let state = MacroState::initial(&problem, &stress, &none, &[0.0]).expect("fits");
+        let settings = StepSettings::default();
+        let step = StepSolver::begin(&problem, &state, &[0.0], &[-1e-3], &settings);
+        match step.expect("fits").next() {
+            Request::Failed(failure) => {
+                assert!(
+                    matches!(failure.reason, FailureReason::Singular { .. }),
+                    "{failure}"
+                )
+            }
+            other => panic!("not seen: {other:?}"),
+        }
+    }
 }

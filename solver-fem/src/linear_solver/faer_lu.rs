@@ -52,7 +52,9 @@ impl FaerLu {
     /// matrix with a trace of stiffness everywhere shows the motion that has no other.
     fn name_zero_pivot(&self, values: &[f64]) -> Result<usize, LinearError> {
         let mut shifted = values.to_vec();
-        let trace = 1e-12 * largest(values).max(f64::MIN_POSITIVE);
+        // A matrix of zeros has no scale of its own.
+        let scale = largest(values);
+        let trace = if scale > 0.0 { 1e-12 * scale } else { 1.0 };
         for column in 0..self.pattern.size {
             for entry in self.pattern.columns[column]..self.pattern.columns[column + 1] {
                 if self.pattern.rows[entry] == column {

@@ -121,7 +121,7 @@ impl Mesh<2> {
             }
             found
         };
-        let corners: Vec<_> = [
+        let mut corners: Vec<_> = [
             at("bottom_left", 0.0, 0.0),
             at("bottom_right", width, 0.0),
             at("top_right", width, height),
@@ -132,7 +132,6 @@ impl Mesh<2> {
         .collect();
         at("bottom_mid", 0.5 * width, 0.0);
         at("top_mid", 0.5 * width, height);
-        let mut corners = corners;
         corners.sort_unstable();
         sets.insert("corners".into(), corners);
         mesh.node_sets = sets;
