@@ -102,28 +102,20 @@ fn the_least_input_is_short() {
 }
 
 #[test]
-fn a_full_ring_can_be_held_by_its_nodes() {
+fn a_full_ring_can_be_held_on_its_axes() {
     let text = std::fs::read_to_string(path("hollow.yaml"))
         .unwrap()
         .replace("quarter", "full");
     let held = text
-        .replace(
-            "symmetry_x, displacement: { y: 0 } }",
-            "outer_east, displacement: { y: 0 } }",
-        )
-        .replace(
-            "symmetry_y, displacement: { x: 0 } }",
-            "outer_north, displacement: { x: 0 } }",
-        );
-    let once = input::parse(&held, "ring.yaml", Path::new(""))
+        .replace("symmetry_x", "axis_x")
+        .replace("symmetry_y", "axis_y");
+    input::parse(&held, "ring.yaml", Path::new("")).unwrap_or_else(|errors| panic!("{errors}"));
+    // With an odd number of elements no node lies on the y axis.
+    let odd = held.replace("[6, 8]", "[7, 8]");
+    let error = input::parse(&odd, "ring.yaml", Path::new(""))
         .unwrap_err()
         .to_string();
-    assert!(once.contains("free to turn"), "{once}");
-    let all = held.replace(
-        "boundary:\n",
-        "boundary:\n  - { on: outer_west, displacement: { y: 0 } }\n",
-    );
-    input::parse(&all, "ring.yaml", Path::new("")).unwrap_or_else(|errors| panic!("{errors}"));
+    assert!(error.contains("no boundary `axis_y`"), "{error}");
 }
 
 #[test]

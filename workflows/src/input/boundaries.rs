@@ -10,14 +10,14 @@ pub struct Place {
     /// Whether pressure and traction can act on it.
     pub kind: PlaceKind,
     /// Coordinates of the points that tell it apart: corners, middles, points on the axes. Each is a node of the mesh (up
-    /// to rounding); two places meet where they share one. A node has exactly one.
+    /// to rounding); two places meet where they share one.
     pub points: Vec<[f64; 2]>,
 }
 
 /// What a place is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PlaceKind {
-    /// One node.
+    /// One node, or several.
     Node,
     /// A straight boundary with its normal along this axis (0 is x).
     Straight(usize),
@@ -55,26 +55,24 @@ fn of_rectangle([w, h]: [f64; 2]) -> Vec<Place> {
             [bottom_left, bottom_mid, bottom_right],
         ),
         place("top", Straight(1), [top_left, top_mid, top_right]),
-        place("left_mid", Node, [left_mid]),
-        place("right_mid", Node, [right_mid]),
         place("bottom_mid", Node, [bottom_mid]),
         place("top_mid", Node, [top_mid]),
         place("bottom_left", Node, [bottom_left]),
         place("bottom_right", Node, [bottom_right]),
         place("top_left", Node, [top_left]),
         place("top_right", Node, [top_right]),
+        place(
+            "corners",
+            Node,
+            [bottom_left, bottom_right, top_right, top_left],
+        ),
     ]
 }
 
 fn of_annulus(ring: &Annulus) -> Vec<Place> {
     use PlaceKind::{Curved, Node, Straight};
     let (a, b) = (ring.inner_radius, ring.outer_radius);
-    let [east, north, west, south] = [
-        ("east", [1.0, 0.0]),
-        ("north", [0.0, 1.0]),
-        ("west", [-1.0, 0.0]),
-        ("south", [0.0, -1.0]),
-    ];
+    let [east, north, west, south] = [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]];
     let directions = match ring.sector {
         Sector::Quarter => vec![east, north],
         Sector::Half => vec![east, north, west],
@@ -82,7 +80,7 @@ fn of_annulus(ring: &Annulus) -> Vec<Place> {
         // A full ring of n elements has nodes at the angles k·π/n, which reach π/2 for even n only.
         Sector::Full => vec![east, west],
     };
-    let at = |radius: f64, (_, [x, y]): (&str, [f64; 2])| [radius * x, radius * y];
+    let at = |radius: f64, [x, y]: [f64; 2]| [radius * x, radius * y];
     let on = |radius: f64| {
         directions
             .iter()
@@ -106,17 +104,19 @@ fn of_annulus(ring: &Annulus) -> Vec<Place> {
                 [at(a, east), at(b, east), at(a, west), at(b, west)],
             ));
         }
-        Sector::Full => {}
+        Sector::Full => places.push(place(
+            "axis_x",
+            Node,
+            [at(a, east), at(b, east), at(a, west), at(b, west)],
+        )),
     }
-    for (side, radius) in [("inner", a), ("outer", b)] {
-        let node = |&direction: &(&str, [f64; 2])| {
-            place(
-                format!("{side}_{}", direction.0),
-                Node,
-                [at(radius, direction)],
-            )
-        };
-        places.extend(directions.iter().map(node));
+    // The cut of a quarter holds these nodes already.
+    if ring.sector != Sector::Quarter && directions.contains(&north) {
+        let ends = directions
+            .iter()
+            .filter(|&&direction| direction == north || direction == south);
+        let points: Vec<_> = ends.flat_map(|&end| [at(a, end), at(b, end)]).collect();
+        places.push(place("axis_y", Node, points));
     }
     places
 }

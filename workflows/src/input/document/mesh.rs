@@ -24,8 +24,8 @@ impl Mesh {
     }
 }
 
-/// A rectangle with sides along x and y. Boundaries: left, right, bottom, top; nodes: left_mid, right_mid, bottom_mid,
-/// top_mid, bottom_left, bottom_right, top_left, top_right. Element 0 is at the bottom left, x runs fastest.
+/// A rectangle with sides along x and y. Boundaries: left, right, bottom, top; nodes: bottom_mid, top_mid,
+/// bottom_left, bottom_right, top_left, top_right, corners. Element 0 is at the bottom left, x runs fastest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Rectangle {
@@ -38,9 +38,9 @@ pub struct Rectangle {
 }
 
 /// A ring around the origin, or a part of one, graded towards the cavity. Boundaries: inner, outer and, where the ring
-/// is cut, symmetry_x (the cut along the x axis) and symmetry_y (the cut along the y axis); nodes: inner_east,
-/// inner_north, inner_west, inner_south and the same of outer, as far as there are nodes on the axes. Element 0 is at
-/// the cavity on the positive x axis, the circumferential direction runs fastest.
+/// is cut, symmetry_x (the cut along the x axis) and symmetry_y (the cut along the y axis); nodes of a half ring: axis_y
+/// (all on the y axis), of a full one: axis_x and, for an even number of elements, axis_y. Element 0 is at the cavity on
+/// the positive x axis; the numbers run outwards along a ray, then ray by ray.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Annulus {

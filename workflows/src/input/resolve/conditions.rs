@@ -154,7 +154,7 @@ fn one_kind(
         [] => format!("nothing is prescribed on `{}`", written.on),
         ["displacement"] => return Some(()),
         [load] if place.is_some_and(|place| place.kind == PlaceKind::Node) => {
-            let message = format!("`{}` is a node; {load} acts along a boundary", written.on);
+            let message = format!("`{}` names nodes; {load} acts along a boundary", written.on);
             reader.report.at_key(&path.key(*load), message, None);
             return None;
         }
