@@ -6,6 +6,7 @@
 
 mod correction;
 mod macro_state;
+mod plan;
 mod report;
 mod safeguard;
 mod settings;

@@ -4,12 +4,13 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-use super::correction::{Correction, TangentChoice, correct, guard, predict};
+use super::correction::{Correction, correct, guard, predict};
 use super::macro_state::{StateError, reactions};
+use super::plan::Origin;
 use super::state::{Iterate, Size, Status, StepState, Trial};
 use super::{
     Acceptance, FailureReason, MacroState, Phase, StepFailure, StepOutcome, StepSettings, Strategy,
-    SweepReport, TwoPhase,
+    SweepReport,
 };
 use crate::assembly::{Residual, element_shares, residual};
 use crate::constitutive::{Base, ConstitutiveResponse, GaussPointId, Wave};
@@ -59,19 +60,6 @@ pub struct RestoreError {
 pub struct StepSolver<const D: usize> {
     problem: Arc<Problem<D>>,
     state: StepState<D>,
-}
-
-/// Where the next correction starts, and with which tangents.
-struct Plan {
-    phase: Phase,
-    choice: TangentChoice,
-    from: Origin,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Origin {
-    Current,
-    Best,
 }
 
 impl<const D: usize> StepSolver<D> {
@@ -308,7 +296,7 @@ impl<const D: usize> StepSolver<D> {
         {
             self.state.best = Some(iterate.clone());
         }
-        let Some(plan) = self.plan(phase, ratio) else {
+        let Some(plan) = self.state.plan(phase, ratio) else {
             return self.give_up();
         };
         let from = match (plan.from, &self.state.best) {
@@ -361,72 +349,6 @@ impl<const D: usize> StepSolver<D> {
             }
         }
         Ok(())
-    }
-
-    /// What to do after a sweep that did not converge; `None` when the sweeps are used up.
-    fn plan(&self, phase: Phase, ratio: f64) -> Option<Plan> {
-        let sweeps = self.state.sweeps.len();
-        let settings = match self.state.settings.strategy {
-            Strategy::Plain { max_sweeps } => {
-                return (sweeps < max_sweeps).then_some(Plan {
-                    phase: Phase::Pure,
-                    choice: TangentChoice::Algorithmic,
-                    from: Origin::Current,
-                });
-            }
-            Strategy::TwoPhase(settings) => settings,
-        };
-        if sweeps >= settings.sweeps + settings.elastic_sweeps {
-            return None;
-        }
-        let next = if sweeps >= settings.sweeps {
-            Phase::PathElastic
-        } else if phase == Phase::Pure && !self.leaves_pure_phase(&settings, ratio) {
-            Phase::Pure
-        } else {
-            Phase::Path
-        };
-        let from = if next == Phase::Pure {
-            Origin::Current
-        } else {
-            self.origin(&settings, ratio)
-        };
-        // The algorithmic tangent of a pure sweep belongs to the whole step and diverges on the
-        // small increments of the path phase; and a restored iterate must not be left by the same
-        // way that failed.
-        let choice = if next == Phase::PathElastic || next != phase || from == Origin::Best {
-            TangentChoice::ElasticEnd
-        } else {
-            TangentChoice::Algorithmic
-        };
-        Some(Plan {
-            phase: next,
-            choice,
-            from,
-        })
-    }
-
-    fn leaves_pure_phase(&self, settings: &TwoPhase, ratio: f64) -> bool {
-        let trend = self
-            .state
-            .previous_residual
-            .map(|previous| ratio / previous);
-        let slow = ratio < settings.slow_below && trend.is_some_and(|t| t > settings.slow_ratio);
-        let grew = trend.is_some_and(|t| t > 1.0);
-        slow || grew || self.state.sweeps.len() >= settings.pure_sweeps
-    }
-
-    fn origin(&self, settings: &TwoPhase, ratio: f64) -> Origin {
-        match &self.state.best {
-            // Once per best iterate: from the same one by the same way leads to the same place.
-            Some(best)
-                if ratio > settings.restore_ratio * best.residual
-                    && self.state.restored != Some(best.wave) =>
-            {
-                Origin::Best
-            }
-            _ => Origin::Current,
-        }
     }
 
     fn adopt(&mut self, correction: Correction) {

@@ -1,0 +1,84 @@
+//! The strategy: what follows a sweep that did not converge. Its reasons are in
+//! `docs/design/coupling.md`.
+
+use super::correction::TangentChoice;
+use super::state::StepState;
+use super::{Phase, Strategy, TwoPhase};
+
+/// Where the next correction starts, and with which tangents.
+pub(super) struct Plan {
+    pub phase: Phase,
+    pub choice: TangentChoice,
+    pub from: Origin,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Origin {
+    Current,
+    Best,
+}
+
+impl<const D: usize> StepState<D> {
+    /// What to do after a sweep that did not converge; `None` when the sweeps are used up.
+    pub(super) fn plan(&self, phase: Phase, ratio: f64) -> Option<Plan> {
+        let sweeps = self.sweeps.len();
+        let settings = match self.settings.strategy {
+            Strategy::Plain { max_sweeps } => {
+                return (sweeps < max_sweeps).then_some(Plan {
+                    phase: Phase::Pure,
+                    choice: TangentChoice::Algorithmic,
+                    from: Origin::Current,
+                });
+            }
+            Strategy::TwoPhase(settings) => settings,
+        };
+        if sweeps >= settings.sweeps + settings.elastic_sweeps {
+            return None;
+        }
+        let next = if sweeps >= settings.sweeps {
+            Phase::PathElastic
+        } else if phase == Phase::Pure && !self.leaves_pure_phase(&settings, ratio) {
+            Phase::Pure
+        } else {
+            Phase::Path
+        };
+        let from = if next == Phase::Pure {
+            Origin::Current
+        } else {
+            self.origin(&settings, ratio)
+        };
+        // The algorithmic tangent of a pure sweep belongs to the whole step and diverges on the
+        // small increments of the path phase; and a restored iterate must not be left by the same
+        // way that failed.
+        let choice = if next == Phase::PathElastic || next != phase || from == Origin::Best {
+            TangentChoice::ElasticEnd
+        } else {
+            TangentChoice::Algorithmic
+        };
+        Some(Plan {
+            phase: next,
+            choice,
+            from,
+        })
+    }
+
+    fn leaves_pure_phase(&self, settings: &TwoPhase, ratio: f64) -> bool {
+        let trend = self.previous_residual.map(|previous| ratio / previous);
+        let slow = ratio < settings.slow_below && trend.is_some_and(|t| t > settings.slow_ratio);
+        let grew = trend.is_some_and(|t| t > 1.0);
+        slow || grew || self.sweeps.len() >= settings.pure_sweeps
+    }
+
+    fn origin(&self, settings: &TwoPhase, ratio: f64) -> Origin {
+        match &self.best {
+            // Once per best iterate: from the same one by the same way leads to the same place.
+            Some(best)
+                if ratio > settings.restore_ratio * best.residual
+                    && self.restored != Some(best.wave) =>
+            {
+                Origin::Best
+            }
+            _ => Origin::Current,
+        }
+    }
+}
