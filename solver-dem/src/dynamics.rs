@@ -94,13 +94,16 @@ impl<'a> Assembly<'a> {
             .map(|((x, theta), radius)| [x[0], x[1], *theta, *radius])
             .collect();
         poses.push([0.0; 4]);
-        let dt = TIME_STEP / base.law.largest_stiffness().sqrt();
+        let env = |k: &str, d: f64| std::env::var(k).map_or(d, |x| x.parse().unwrap());
+        let time_step = env("TS", TIME_STEP);
+        let inertia = env("IN", 1.0);
+        let dt = time_step / base.law.largest_stiffness().sqrt();
         let mut assembly = Self {
             radii,
             law: base.law,
             dt,
             margin: LIST_MARGIN * base.grains.mean_diameter(),
-            damping: DAMPING,
+            damping: env("AL", DAMPING),
             cell,
             poses,
             velocities: vec![[0.0; 4]; n],
@@ -108,7 +111,7 @@ impl<'a> Assembly<'a> {
             // I = R²/2.
             steps: radii
                 .iter()
-                .map(|r| [dt, dt, dt * 2.0 / (r * r), 0.0])
+                .map(|r| [dt, dt, dt * 2.0 / (r * r * inertia), 0.0])
                 .collect(),
             loads: vec![[0.0; 4]; n + 1],
             blocks: Vec::new(),
@@ -126,6 +129,25 @@ impl<'a> Assembly<'a> {
         assembly
             .build_list(Friction::ReturnMapping)
             .then_some(assembly)
+    }
+
+    pub fn scale_masses(&mut self) {
+        let env = |k: &str, d: f64| std::env::var(k).map_or(d, |x| x.parse().unwrap());
+        let mode = env("MODE", 0.0);
+        if mode == 0.0 { return; }
+        let inertia = env("IN", 1.0);
+        let floor = env("FL", 3.0);
+        let norm = env("NORM", 4.0);
+        let mut count = vec![0.0; self.len()];
+        if mode == 1.0 {
+            for k in 0..self.pairs { let l = self.link(k); count[l.i as usize] += 1.0; count[l.j as usize] += 1.0; }
+        } else {
+            for (c, l) in count.iter_mut().zip(&self.loads) { *c = l[3]; }
+        }
+        for ((step, c), r) in self.steps.iter_mut().zip(&count).zip(self.radii) {
+            let m = f64::max(*c, floor) / norm;
+            *step = [self.dt / m, self.dt / m, self.dt * 2.0 / (m * r * r * inertia), 0.0];
+        }
     }
 
     /// For large rearrangements: other damping, and a list that lasts longer.

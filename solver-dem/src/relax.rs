@@ -173,8 +173,10 @@ pub(crate) fn relax(
     loop {
         let cycle = result.cycles;
         if cycle >= motion.ramp && cycle.is_multiple_of(RESIDUAL_CHECK) {
+            assembly.scale_masses();
             let stress = assembly.stress();
             result.residual = assembly.residual();
+            if std::env::var("TRACE").is_ok() && cycle % 100 == 0 { eprintln!("T {cycle} {:.2e} nc {}", result.residual, assembly.closed().count()); }
             result.stress_error = motion.stress_error(&stress);
             result.drift = last_stress.map_or(f64::INFINITY, |last| change(&last, &stress));
             last_stress = Some(stress);

@@ -79,6 +79,7 @@ impl Assembly<'_> {
             Friction::Path => self.carry_history(&old),
         }
         self.listed = positions;
+        self.scale_masses();
         self.listed_inverse = inverse;
         true
     }

@@ -28,17 +28,17 @@ impl Manifest {
         }
     }
 
-    /// Its bytes. JSON: it is small, and stays readable to other tools.
+    /// Its bytes: MessagePack with names, in which every number keeps its bits.
     pub fn to_bytes(&self) -> Vec<u8> {
-        serde_json::to_vec(self).expect("plain values serialise into memory")
+        rmp_serde::to_vec_named(self).expect("plain values serialise into memory")
     }
 
     /// The manifest back.
     ///
     /// # Errors
     /// Bytes of another version of the program or of none.
-    pub fn from_bytes(bytes: &[u8]) -> Result<Self, serde_json::Error> {
-        serde_json::from_slice(bytes)
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, rmp_serde::decode::Error> {
+        rmp_serde::from_slice(bytes)
     }
 }
 

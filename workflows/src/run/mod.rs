@@ -1,8 +1,30 @@
 //! What the verbs of the command line do: runs over the engine, the store and the solvers.
 
+mod attempt;
+mod body;
+mod campaign;
+mod core;
+mod element_test;
+mod error;
+mod frames;
+mod load;
+mod manifest;
+mod model;
+mod open;
+mod packings;
+mod point;
+mod schedule;
+mod session;
+mod show;
+mod summary;
+mod work;
+
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
+use store::Store;
+
+use self::open::{explain, open, open_existing, store_name};
 use crate::address::{RevAddress, RunAddress, RunName};
 use crate::failure::{Failure, FailureKind};
 use crate::input::Problem;
@@ -37,16 +59,45 @@ fn not_available(what: &str) -> Result<Report, Failure> {
 
 /// Computes `problem` as a new run, named `name` or as the input wishes.
 pub fn submit(
-    _context: &Context<'_>,
-    _problem: Problem,
-    _name: Option<RunName>,
+    context: &Context<'_>,
+    problem: Problem,
+    name: Option<RunName>,
 ) -> Result<Report, Failure> {
-    not_available("submit the run")
+    let name = store_name(name.as_ref().unwrap_or(&problem.name))?;
+    let store = open(context)?;
+    let threads = context.threads();
+    let run = session::create(&store, name, problem.clone(), threads)
+        .map_err(|error| explain("create the run", error))?;
+    go(context, &store, &run, &problem)
 }
 
 /// Continues a run where it stopped.
-pub fn resume(_context: &Context<'_>, _run: &RunName) -> Result<Report, Failure> {
-    not_available("resume the run")
+pub fn resume(context: &Context<'_>, run: &RunName) -> Result<Report, Failure> {
+    let name = store_name(run)?;
+    let store = open_existing(context)?;
+    let record = store.run(&name).map_err(|error| explain("find the run", error.into()))?;
+    let manifest = session::manifest(&record.manifest).map_err(|error| explain("resume the run", error))?;
+    go(context, &store, &name, &manifest.problem)
+}
+
+fn go(
+    context: &Context<'_>,
+    store: &Store,
+    run: &store::RunName,
+    problem: &Problem,
+) -> Result<Report, Failure> {
+    let end = session::advance(store, run, problem, context.threads(), context.progress)
+        .map_err(|error| explain(&format!("compute run `{run}`"), error))?;
+    show::ended(context, store, run, &end)
+}
+
+impl Context<'_> {
+    /// Worker threads: as asked for, or one a core.
+    fn threads(&self) -> NonZeroUsize {
+        self.threads.unwrap_or_else(|| {
+            std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN)
+        })
+    }
 }
 
 /// Lists the runs of the store.

@@ -1,0 +1,346 @@
+//! The load steps of a body: waves of element tasks, joined by the Newton machine, committed one by one.
+
+use std::{
+    path::PathBuf,
+    sync::Arc,
+    time::{Duration, Instant},
+};
+
+use engine::{Cause, Finished, GraphHandle, NodeId, TaskFailure, TaskOutcome};
+use solver_fem::{
+    ConstitutiveResponse, GaussPointId,
+    newton::{MacroState, Request, StepFailure, StepOutcome, StepSettings, StepSolver},
+};
+use store::{Digest, Frame, FrameId, Role, Seal, StepIndex};
+
+use super::{
+    attempt::{Attempt, Committed, TaskPolicy},
+    core::{Core, Ending},
+    error::RunError,
+    frames::{self, COST, MACRO, POINT, PROGRESS},
+    model::Model,
+    point::PointState,
+    schedule::{Interval, Schedule},
+    summary::StepSummary,
+    work::{Done, Job, JobError},
+};
+use crate::progress::CommittedStep;
+
+/// A body on its way through the load programme.
+pub struct BodySteps {
+    model: Model,
+    settings: StepSettings,
+    policy: TaskPolicy,
+    schedule: Schedule,
+    /// The last committed step.
+    step: u32,
+    digest: Digest,
+    state: MacroState<2>,
+    points: Vec<Arc<PointState>>,
+    attempt: Option<Attempt>,
+    interval: Option<Interval>,
+    summary: StepSummary,
+    /// CPU seconds of each element in this step.
+    cost: Vec<f64>,
+    begun: Instant,
+    last_bytes: u64,
+}
+
+/// A committed step to go on from.
+pub struct BodyStart {
+    /// Its number.
+    pub step: u32,
+    /// Its digest.
+    pub digest: Digest,
+    /// Its macro state.
+    pub state: MacroState<2>,
+    /// Its Gauss points.
+    pub points: Vec<Arc<PointState>>,
+    /// Bytes of its pack.
+    pub bytes: u64,
+}
+
+impl BodySteps {
+    /// Goes on from a committed step.
+    pub fn new(
+        model: Model,
+        settings: StepSettings,
+        policy: TaskPolicy,
+        schedule: Schedule,
+        start: BodyStart,
+    ) -> Self {
+        let elements = model.materials.len();
+        Self {
+            model,
+            settings,
+            policy,
+            schedule,
+            step: start.step,
+            digest: start.digest,
+            state: start.state,
+            points: start.points,
+            attempt: None,
+            interval: None,
+            summary: StepSummary::default(),
+            cost: vec![0.0; elements],
+            begun: Instant::now(),
+            last_bytes: start.bytes,
+        }
+    }
+
+    /// Begins the next load step, or takes it up where the journal ends; ends the run after the last.
+    pub fn begin(
+        &mut self,
+        core: &mut Core<'_>,
+        graph: &mut GraphHandle<Job>,
+    ) -> Result<(), RunError> {
+        if self.schedule.cuts == 0 {
+            self.begun = Instant::now();
+            self.summary = StepSummary::default();
+            self.cost.fill(0.0);
+            core.store.free_space_guard(self.last_bytes)?;
+        }
+        let journal = core.store.journal(core.run, StepIndex(self.step + 1))?;
+        let committed = Committed { digest: self.digest, points: &self.points };
+        let (attempt, journal) = match Attempt::restore(journal, &self.model.problem, committed)? {
+            Ok((attempt, place, cuts)) => {
+                self.schedule.place = place;
+                self.schedule.cuts = cuts;
+                (Some(attempt), None)
+            }
+            Err(journal) => (None, Some(journal)),
+        };
+        let Some(interval) = self.schedule.next() else {
+            core.ending = Some(Ending::Completed);
+            return Ok(());
+        };
+        core.step_started(self.step + 1, &interval, self.schedule.increments());
+        self.interval = Some(interval.clone());
+        let attempt = match (attempt, journal) {
+            (Some(attempt), _) => attempt,
+            (None, Some(journal)) => {
+                let solver = StepSolver::begin(
+                    &self.model.problem,
+                    &self.state,
+                    &interval.from,
+                    &interval.to,
+                    &self.settings,
+                )
+                .map_err(|error| RunError::State(error.to_string()))?;
+                Attempt::new(solver, journal)
+            }
+            (None, None) => return Err(RunError::Engine("a step without a journal".into())),
+        };
+        let request = attempt.solver.next();
+        self.attempt = Some(attempt);
+        self.handle(request, core, graph)
+    }
+
+    /// An element's task ended.
+    pub fn task_finished(
+        &mut self,
+        id: NodeId,
+        outcome: TaskOutcome<Job>,
+        core: &mut Core<'_>,
+    ) -> Result<(), RunError> {
+        let Some(attempt) = &mut self.attempt else { return Ok(()) };
+        let Some(&element) = attempt.tasks.get(&id) else { return Ok(()) };
+        match outcome {
+            Ok(Finished { output: Done::Element(answers), cpu, .. }) => {
+                for report in answers.iter().filter_map(|answer| answer.report.as_ref()) {
+                    self.summary.revs.add(report);
+                }
+                self.summary.cpu_s += cpu.as_secs_f64();
+                self.cost[element as usize] += cpu.as_secs_f64();
+                attempt.take(answers)?;
+                core.progress.task_done();
+            }
+            Ok(_) => return Err(RunError::Engine("an element gave something else".into())),
+            Err(failure) => {
+                self.summary.cpu_s += failure.cpu.as_secs_f64();
+                if matches!(failure.cause, Cause::Cancelled | Cause::Failed(JobError::Stopped)) {
+                    return Ok(());
+                }
+                let per_element = self.model.problem.points_per_element() as u32;
+                let point = match &failure.cause {
+                    Cause::Failed(JobError::Point(error)) => error.point,
+                    _ => GaussPointId(element * per_element),
+                };
+                let kept = keep_failed(core, self.step + 1, element, &failure);
+                core.log_failure(element, &failure.to_string(), kept.as_deref());
+                attempt.failed.push((point, failure.cause.to_string()));
+            }
+        }
+        Ok(())
+    }
+
+    /// All tasks of the wave ended.
+    pub fn join(
+        &mut self,
+        id: NodeId,
+        core: &mut Core<'_>,
+        graph: &mut GraphHandle<Job>,
+    ) -> Result<(), RunError> {
+        let Some(attempt) = &mut self.attempt else { return Ok(()) };
+        if attempt.join != Some(id) {
+            return Ok(());
+        }
+        let begun = Instant::now();
+        graph.forget_before(id);
+        let request = if attempt.failed.is_empty() {
+            let Some(answers) = attempt.collect() else {
+                // Cancelled: what is missing stays missing until the run is resumed.
+                return Ok(());
+            };
+            let responses: Vec<ConstitutiveResponse<2>> =
+                answers.iter().map(super::point::PointAnswer::response).collect();
+            let request = attempt.solver.advance(&responses);
+            if let Some(sweep) = attempt.solver.sweeps().last() {
+                core.iteration(self.step + 1, sweep);
+            }
+            request
+        } else {
+            let mut failed = std::mem::take(&mut attempt.failed);
+            failed.sort_by_key(|(point, _)| *point);
+            attempt.solver.advance_failed(failed)
+        };
+        self.handle(request, core, graph)?;
+        self.summary.director_s += begun.elapsed().as_secs_f64();
+        Ok(())
+    }
+
+    fn handle(
+        &mut self,
+        request: Request<2>,
+        core: &mut Core<'_>,
+        graph: &mut GraphHandle<Job>,
+    ) -> Result<(), RunError> {
+        match request {
+            Request::Evaluate(wave) => {
+                let Some(attempt) = &mut self.attempt else { return Ok(()) };
+                attempt.forget();
+                let committed = Committed { digest: self.digest, points: &self.points };
+                attempt.send(
+                    wave,
+                    &self.model.problem,
+                    committed,
+                    self.schedule.place,
+                    self.schedule.cuts,
+                    &self.policy,
+                    graph,
+                )?;
+                core.wave_started(self.step + 1, attempt.wave(), attempt.elements, attempt.done);
+                Ok(())
+            }
+            Request::Converged(outcome) => {
+                self.commit(*outcome, core)?;
+                self.begin(core, graph)
+            }
+            Request::Failed(failure) => self.cut(&failure, core, graph),
+        }
+    }
+
+    fn cut(
+        &mut self,
+        failure: &StepFailure,
+        core: &mut Core<'_>,
+        graph: &mut GraphHandle<Job>,
+    ) -> Result<(), RunError> {
+        if let Some(attempt) = self.attempt.take() {
+            attempt.journal.abandon()?;
+        }
+        let step = self.step + 1;
+        match self.schedule.cut() {
+            Ok(()) => {
+                core.step_cut(step, self.schedule.place.control.factor(), &failure.to_string());
+                self.begin(core, graph)
+            }
+            Err(too_small) => {
+                let stage = self.interval.as_ref().map_or("", |interval| interval.stage.as_str());
+                core.ending = Some(Ending::Failed(format!(
+                    "load step {step} (stage `{stage}`) cannot be solved: {failure}; {too_small}"
+                )));
+                Ok(())
+            }
+        }
+    }
+
+    fn commit(&mut self, outcome: StepOutcome<2>, core: &mut Core<'_>) -> Result<(), RunError> {
+        let Some(attempt) = self.attempt.take() else { return Ok(()) };
+        let Some(interval) = self.interval.take() else { return Ok(()) };
+        let begun = Instant::now();
+        let points = attempt
+            .states_of(outcome.wave)
+            .ok_or_else(|| RunError::Engine(format!("wave {} is gone", outcome.wave)))?;
+        let cuts = self.schedule.cuts;
+        self.schedule.accept(outcome.sweeps.len());
+        let summary = StepSummary {
+            increment: interval.increment,
+            stage: interval.stage,
+            position: interval.part.1,
+            loads: interval.to,
+            sweeps: outcome.sweeps.clone(),
+            cuts,
+            wall_s: self.begun.elapsed().as_secs_f64(),
+            ..std::mem::take(&mut self.summary)
+        };
+        let mut summary = summary;
+        summary.accept(outcome.accepted, outcome.residual);
+        let cost = Frame {
+            id: FrameId::new(COST, 0),
+            role: Role::Diagnostic,
+            encoding: store::Encoding::Raw,
+            payload: frames::encode(&self.cost),
+        };
+        summary.director_s += begun.elapsed().as_secs_f64();
+        let seal = Seal {
+            final_wave: Some(store::WaveIndex(outcome.wave)),
+            extra: vec![
+                frames::content(MACRO, 0, &outcome.state),
+                frames::content(PROGRESS, 0, &self.schedule.place),
+                cost,
+            ],
+            summary: frames::encode(&summary),
+        };
+        let committed = attempt.journal.commit(seal, |id| id.kind == POINT)?;
+        self.step += 1;
+        self.digest = committed.digest;
+        self.last_bytes = committed.bytes;
+        self.state = outcome.state;
+        self.points = points;
+        let line = CommittedStep {
+            step: interval.increment,
+            of: self.schedule.increments(),
+            iterations: summary.sweeps.len() as u32,
+            residual: summary.residual,
+        };
+        core.step_committed(self.step, &committed, &summary, &line);
+        Ok(())
+    }
+}
+
+/// Saves what a failed task was to do, for reproduction. Best effort: the run goes on without.
+fn keep_failed(
+    core: &Core<'_>,
+    step: u32,
+    element: u32,
+    failure: &TaskFailure<Job>,
+) -> Option<PathBuf> {
+    let folder = core.store.dir().join("failed").join(core.run.as_str());
+    let path = folder.join(format!("step{step}-e{element}.rmp"));
+    std::fs::create_dir_all(&folder)
+        .and_then(|()| std::fs::write(&path, frames::encode(&*failure.work)))
+        .map_err(|error| tracing::warn!(%error, "a failed task could not be saved"))
+        .ok()?;
+    Some(path)
+}
+
+/// One attempt more than the retries asked for, and no limit below a second.
+pub fn policy(settings: solver_dem::Settings, retries: u32, limit_s: f64) -> TaskPolicy {
+    let attempts = std::num::NonZeroU32::MIN.saturating_add(retries);
+    TaskPolicy {
+        settings,
+        retry: engine::RetryPolicy::attempts(attempts),
+        time_limit: Duration::try_from_secs_f64(limit_s.max(1.0)).unwrap_or(Duration::MAX),
+    }
+}

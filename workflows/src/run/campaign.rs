@@ -1,0 +1,318 @@
+//! A session of a run: one task graph that prepares packings and then takes load step after load step.
+
+use std::{collections::BTreeMap, sync::Arc};
+
+use engine::{Director, Finished, GraphHandle, NodeId, TaskOutcome, TaskSpec};
+use store::{Seal, StepIndex};
+
+use super::{
+    attempt::TaskPolicy,
+    body::{BodyStart, BodySteps},
+    core::{Core, Ending},
+    element_test::{TestState, TestSteps},
+    error::RunError,
+    frames::{self, DEAL, MACRO, PACKING, PROGRESS, decode},
+    model::{self, Model},
+    packings::{Plan, cache_key},
+    point::PointState,
+    schedule::{Place, Schedule},
+    summary::StepSummary,
+    work::{Done, Job, Packing},
+};
+use crate::input::{
+    Problem,
+    problem::{Material, Model as InputModel},
+};
+use solver_fem::newton::MacroState;
+
+/// Directs a session.
+pub struct Campaign<'a> {
+    /// What all phases share.
+    pub core: Core<'a>,
+    problem: &'a Problem,
+    policy: TaskPolicy,
+    phase: Phase,
+}
+
+enum Phase {
+    /// Before the first node.
+    Start,
+    /// Packings are being made.
+    Preparing(Preparing),
+    /// A body is stepped.
+    Body(Box<BodySteps>),
+    /// An element test is stepped.
+    Test(Box<TestSteps>),
+}
+
+struct Preparing {
+    plan: Plan,
+    model: Option<Model>,
+    packings: Vec<Option<Packing>>,
+    tasks: BTreeMap<NodeId, usize>,
+    failures: Vec<String>,
+}
+
+impl<'a> Campaign<'a> {
+    /// A session of a run of `problem`.
+    pub fn new(core: Core<'a>, problem: &'a Problem) -> Self {
+        let solver = &problem.solver;
+        let settings = model::rev_settings(solver);
+        let policy = super::body::policy(settings, solver.task_retries, solver.task_time_limit);
+        Self { core, problem, policy, phase: Phase::Start }
+    }
+
+    /// The session's first node has come: from the last committed step, or from the preparation.
+    fn start(&mut self, graph: &mut GraphHandle<Job>) -> Result<(), RunError> {
+        let record = self.core.store.run(self.core.run)?;
+        match record.last_step {
+            Some(step) => self.go_on(step, graph),
+            None => self.prepare(graph),
+        }
+    }
+
+    fn schedule(&self) -> Schedule {
+        Schedule::new(&self.problem.programme, model::step_control(&self.problem.solver))
+    }
+
+    fn prepare(&mut self, graph: &mut GraphHandle<Job>) -> Result<(), RunError> {
+        let (plan, model) = match &self.problem.model {
+            InputModel::Body(body) => {
+                let model = Model::new(body, self.problem.loads.len())?;
+                let materials: Vec<&Material> =
+                    model.materials.iter().map(|&k| &self.problem.materials[k]).collect();
+                let plan = Plan::of_body(&materials, model.problem.points_per_element())?;
+                (plan, Some(model))
+            }
+            InputModel::ElementTest(test) => {
+                (Plan::of_element_test(&self.problem.materials[test.material])?, None)
+            }
+        };
+        let mut preparing = Preparing {
+            packings: vec![None; plan.jobs.len()],
+            plan,
+            model,
+            tasks: BTreeMap::new(),
+            failures: Vec::new(),
+        };
+        for (number, job) in preparing.plan.jobs.iter().enumerate() {
+            let cached = self.core.store.cache_get(&cache_key(job));
+            let packing = cached.and_then(|bytes| rmp_serde::from_slice(&bytes).ok());
+            if packing.is_some() {
+                preparing.packings[number] = packing;
+                continue;
+            }
+            let spec = TaskSpec::new(format!("packing {number}"), job.clone());
+            preparing.tasks.insert(graph.add_task(spec)?, number);
+        }
+        let (needed, missing) = (preparing.packings.len(), preparing.tasks.len());
+        if missing > 0 {
+            self.core.progress.note(&format!("preparing {missing} of {needed} packings"));
+        }
+        self.core.log(
+            "preparing",
+            &serde_json::json!({ "packings": needed, "cached": needed - missing }),
+        );
+        graph.add_join("initial state", preparing.tasks.keys().copied().collect())?;
+        self.phase = Phase::Preparing(preparing);
+        Ok(())
+    }
+
+    /// All packings are there: commits the initial state as step 0.
+    fn prepared(&mut self, graph: &mut GraphHandle<Job>) -> Result<(), RunError> {
+        let Phase::Preparing(preparing) = std::mem::replace(&mut self.phase, Phase::Start) else {
+            return Ok(());
+        };
+        let of = preparing.packings.len();
+        if let Some(reason) = preparing.failures.first() {
+            let failed = preparing.failures.len();
+            return Err(RunError::Preparation { failed, of, reason: reason.clone() });
+        }
+        let Some(packings) = preparing.packings.into_iter().collect::<Option<Vec<Packing>>>() else {
+            // Cancelled; those that are made are in the cache.
+            return Ok(());
+        };
+        let deal = preparing.plan.deal;
+        let states = deal
+            .states(&packings)
+            .ok_or_else(|| RunError::Engine("a point was dealt no packing".into()))?;
+        let schedule = self.schedule();
+        let mut extra: Vec<_> = packings
+            .iter()
+            .enumerate()
+            .map(|(number, packing)| frames::content(PACKING, number as u32, packing))
+            .collect();
+        extra.push(frames::content(DEAL, 0, &deal));
+        extra.push(frames::content(PROGRESS, 0, &schedule.place));
+        let loads = self.problem.programme.initial.clone();
+        let summary = StepSummary { loads: loads.clone(), ..StepSummary::default() };
+        let seal = |extra| Seal { final_wave: None, extra, summary: frames::encode(&summary) };
+        let journal = self.core.store.journal(self.core.run, StepIndex(0))?;
+        match (&self.problem.model, preparing.model) {
+            (InputModel::Body(_), Some(model)) => {
+                let (stress, tangents) = initial_fields(&deal, &packings, &states);
+                let state = MacroState::initial(&model.problem, &stress, &tangents, &loads)
+                    .map_err(|error| RunError::State(error.to_string()))?;
+                extra.push(frames::content(MACRO, 0, &state));
+                let committed = journal.commit(seal(extra), |_| false)?;
+                let start = BodyStart {
+                    step: 0,
+                    digest: committed.digest,
+                    state,
+                    points: states,
+                    bytes: committed.bytes,
+                };
+                self.step_body(model, schedule, start, graph)
+            }
+            (InputModel::ElementTest(test), _) => {
+                let state = TestState::initial(packings[0].stress);
+                extra.push(frames::content(MACRO, 0, &state));
+                journal.commit(seal(extra), |_| false)?;
+                let steps = TestSteps::new(
+                    test.clone(),
+                    self.policy,
+                    schedule,
+                    0,
+                    state,
+                    Arc::clone(&states[0]),
+                );
+                self.step_test(steps, graph)
+            }
+            (InputModel::Body(_), None) => Err(RunError::Engine("the mesh is gone".into())),
+        }
+    }
+
+    /// Goes on from the committed step `step`.
+    fn go_on(&mut self, step: StepIndex, graph: &mut GraphHandle<Job>) -> Result<(), RunError> {
+        let states = super::load::states(self.core.store, self.core.run, step)?;
+        let reader = self.core.store.step(self.core.run, step)?;
+        let progress_id = store::FrameId::new(PROGRESS, 0);
+        let macro_id = store::FrameId::new(MACRO, 0);
+        let place: Place = decode(progress_id, &reader.frame(progress_id)?)?;
+        let mut schedule = self.schedule();
+        schedule.place = place;
+        match &self.problem.model {
+            InputModel::Body(body) => {
+                let model = Model::new(body, self.problem.loads.len())?;
+                let start = BodyStart {
+                    step: step.0,
+                    digest: reader.digest(),
+                    state: decode(macro_id, &reader.frame(macro_id)?)?,
+                    points: states,
+                    bytes: reader.bytes(),
+                };
+                self.step_body(model, schedule, start, graph)
+            }
+            InputModel::ElementTest(test) => {
+                let state = decode(macro_id, &reader.frame(macro_id)?)?;
+                let steps = TestSteps::new(
+                    test.clone(),
+                    self.policy,
+                    schedule,
+                    step.0,
+                    state,
+                    Arc::clone(&states[0]),
+                );
+                self.step_test(steps, graph)
+            }
+        }
+    }
+
+    fn step_body(
+        &mut self,
+        model: Model,
+        schedule: Schedule,
+        start: BodyStart,
+        graph: &mut GraphHandle<Job>,
+    ) -> Result<(), RunError> {
+        let settings = model::step_settings(&self.problem.solver, &self.problem.materials);
+        let mut steps = BodySteps::new(model, settings, self.policy, schedule, start);
+        let begun = steps.begin(&mut self.core, graph);
+        self.phase = Phase::Body(Box::new(steps));
+        begun
+    }
+
+    fn step_test(
+        &mut self,
+        mut steps: TestSteps,
+        graph: &mut GraphHandle<Job>,
+    ) -> Result<(), RunError> {
+        let begun = steps.begin(&mut self.core, graph);
+        self.phase = Phase::Test(Box::new(steps));
+        begun
+    }
+
+    /// How the run ended, if it did by itself.
+    pub fn ending(&self) -> Option<&Ending> {
+        self.core.ending.as_ref()
+    }
+}
+
+impl Director<Job> for Campaign<'_> {
+    type Error = RunError;
+
+    fn task_finished(
+        &mut self,
+        id: NodeId,
+        outcome: TaskOutcome<Job>,
+        graph: &mut GraphHandle<Job>,
+    ) -> Result<(), RunError> {
+        match &mut self.phase {
+            Phase::Start => Ok(()),
+            Phase::Preparing(preparing) => {
+                let Some(&number) = preparing.tasks.get(&id) else { return Ok(()) };
+                match outcome {
+                    Ok(Finished { output: Done::Packing(packing), .. }) => {
+                        let key = cache_key(&preparing.plan.jobs[number]);
+                        if let Err(error) = self.core.store.cache_put(&key, frames::encode(&packing)) {
+                            // The next run prepares it again.
+                            tracing::warn!(%error, "a packing could not be cached");
+                        }
+                        preparing.packings[number] = Some(*packing);
+                        self.core.log("packing_ready", &number);
+                    }
+                    Ok(_) => return Err(RunError::Engine("a preparation gave something else".into())),
+                    Err(failure) if matches!(failure.cause, engine::Cause::Cancelled) => {}
+                    Err(failure) => preparing.failures.push(failure.to_string()),
+                }
+                Ok(())
+            }
+            Phase::Body(steps) => steps.task_finished(id, outcome, &mut self.core),
+            Phase::Test(steps) => steps.task_finished(id, outcome, &mut self.core, graph),
+        }
+    }
+
+    fn join(&mut self, id: NodeId, graph: &mut GraphHandle<Job>) -> Result<(), RunError> {
+        match &mut self.phase {
+            Phase::Start => self.start(graph),
+            Phase::Preparing(_) => self.prepared(graph),
+            Phase::Body(steps) => steps.join(id, &mut self.core, graph),
+            Phase::Test(_) => Ok(()),
+        }
+    }
+}
+
+/// Stress and elastic tangent of every Gauss point before the first step.
+fn initial_fields(
+    deal: &frames::Deal,
+    packings: &[Packing],
+    states: &[Arc<PointState>],
+) -> (Vec<solver_fem::Tensor2<2>>, Vec<solver_fem::Tensor4<2>>) {
+    deal.points
+        .iter()
+        .zip(states)
+        .map(|(dealt, state)| match (dealt, &**state) {
+            (frames::Dealt::Packing(k), _) => {
+                let packing = &packings[*k as usize];
+                (packing.stress, packing.elastic_tangent)
+            }
+            (_, PointState::Elastic { law, stress }) => (*stress, law.tangent_at(stress)),
+            (frames::Dealt::Elastic(_), PointState::Rev(_)) => unreachable_deal(),
+        })
+        .unzip()
+}
+
+/// A point dealt an elastic law has an elastic state: `Deal::states` made it so.
+fn unreachable_deal() -> (solver_fem::Tensor2<2>, solver_fem::Tensor4<2>) {
+    unreachable!("an elastic deal makes an elastic state")
+}

@@ -1,0 +1,129 @@
+//! What all phases of a run share: the store, who is told, and how it ends.
+
+use std::{
+    fs::File,
+    io::Write,
+    path::Path,
+    time::{SystemTime, UNIX_EPOCH},
+};
+
+use serde::Serialize;
+use serde_json::json;
+use solver_fem::newton::SweepReport;
+use store::{Committed, RunName, Store};
+
+use super::{error::RunError, schedule::Interval, summary::StepSummary};
+use crate::progress::{CommittedStep, Progress};
+
+/// How a run ended by itself.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// At the end of its programme.
+    Completed,
+    /// At a step that cannot be solved, in these words.
+    Failed(String),
+}
+
+/// What all phases of a run share.
+pub struct Core<'a> {
+    /// Where it is kept.
+    pub store: &'a Store,
+    /// Its name.
+    pub run: &'a RunName,
+    /// Who is shown the progress.
+    pub progress: &'a dyn Progress,
+    /// How it ended; `None` while it goes on, and when it was interrupted.
+    pub ending: Option<Ending>,
+    log: Option<File>,
+}
+
+impl<'a> Core<'a> {
+    /// The core of a session of `run`; its events are appended to the run's `events.jsonl`.
+    ///
+    /// # Errors
+    /// The event log cannot be opened.
+    pub fn new(
+        store: &'a Store,
+        run: &'a RunName,
+        progress: &'a dyn Progress,
+    ) -> Result<Self, RunError> {
+        let path = store.events_path(run);
+        let log = File::options()
+            .create(true)
+            .append(true)
+            .open(&path)
+            .map_err(|error| RunError::File { path, error })?;
+        Ok(Self { store, run, progress, ending: None, log: Some(log) })
+    }
+
+    /// Appends one line to the event log: others read from it how far the run is. A log that cannot be
+    /// written any more is given up with a warning; the run does not depend on it.
+    pub fn log(&mut self, event: &str, data: &impl Serialize) {
+        let Some(log) = &mut self.log else { return };
+        let at = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |d| d.as_secs_f64());
+        let line = json!({ "at": at, "event": event, "data": data });
+        if let Err(error) = writeln!(log, "{line}") {
+            tracing::warn!(%error, "the event log cannot be written any more");
+            self.log = None;
+        }
+    }
+
+    /// A load step begins, or is taken up again.
+    pub fn step_started(&mut self, step: u32, interval: &Interval, increments: u64) {
+        self.progress.step_started(interval.increment, increments, &interval.stage);
+        self.log(
+            "step_started",
+            &json!({
+                "step": step,
+                "increment": interval.increment,
+                "of": increments,
+                "stage": interval.stage,
+                "part": interval.part,
+            }),
+        );
+    }
+
+    /// A wave is out.
+    pub fn wave_started(&mut self, step: u32, wave: u32, tasks: usize, done: usize) {
+        self.progress.wave_started(wave + 1, tasks as u64, done as u64);
+        self.log("wave_started", &json!({ "step": step, "wave": wave, "tasks": tasks, "done": done }));
+    }
+
+    /// A wave was assembled.
+    pub fn iteration(&mut self, step: u32, sweep: &SweepReport) {
+        self.progress.iteration(sweep.wave + 1, sweep.residual);
+        self.log("iteration", &json!({ "step": step, "sweep": sweep }));
+    }
+
+    /// The step is tried again, shorter.
+    pub fn step_cut(&mut self, step: u32, factor: f64, reason: &str) {
+        self.progress.step_cut(factor, reason);
+        self.log("step_cut", &json!({ "step": step, "factor": factor, "reason": reason }));
+    }
+
+    /// A task failed for good.
+    pub fn log_failure(&mut self, element: u32, reason: &str, kept: Option<&Path>) {
+        let kept = kept.map(|path| path.display().to_string());
+        self.log("task_failed", &json!({ "element": element, "reason": reason, "kept": kept }));
+    }
+
+    /// A step is committed.
+    pub fn step_committed(
+        &mut self,
+        step: u32,
+        committed: &Committed,
+        summary: &StepSummary,
+        line: &CommittedStep,
+    ) {
+        self.progress.step_committed(line);
+        self.log(
+            "step_committed",
+            &json!({
+                "step": step,
+                "digest": committed.digest.to_string(),
+                "bytes": committed.bytes,
+                "summary": summary,
+            }),
+        );
+    }
+}

@@ -1,0 +1,92 @@
+//! Committed states back from the store.
+
+use std::sync::Arc;
+
+use solver_fem::GaussPointId;
+use store::{FrameId, RunName, StepIndex, StepReader, Store};
+
+use super::{
+    error::RunError,
+    frames::{DEAL, Deal, PACKING, POINT, decode, read_point},
+    point::PointState,
+    work::Packing,
+};
+
+/// Something that opens committed steps: the store, or a read-only view of it.
+pub trait Steps {
+    /// A committed step of a run or its ancestors.
+    ///
+    /// # Errors
+    /// It is not there, or damaged.
+    fn step(&self, run: &RunName, step: StepIndex) -> Result<StepReader, store::ReadError>;
+}
+
+impl Steps for Store {
+    fn step(&self, run: &RunName, step: StepIndex) -> Result<StepReader, store::ReadError> {
+        Store::step(self, run, step)
+    }
+}
+
+impl Steps for store::ReadOnlyStore {
+    fn step(&self, run: &RunName, step: StepIndex) -> Result<StepReader, store::ReadError> {
+        store::ReadOnlyStore::step(self, run, step)
+    }
+}
+
+/// The packings of a run, from its step 0.
+///
+/// # Errors
+/// Step 0 cannot be read.
+pub fn packings(store: &impl Steps, run: &RunName) -> Result<(Vec<Packing>, Deal), RunError> {
+    let initial = store.step(run, StepIndex(0))?;
+    let mut packings = Vec::new();
+    for id in initial.ids().into_iter().filter(|id| id.kind == PACKING) {
+        packings.push(decode::<Packing>(id, &initial.frame(id)?)?);
+    }
+    let id = FrameId::new(DEAL, 0);
+    let deal = decode(id, &initial.frame(id)?)?;
+    Ok((packings, deal))
+}
+
+/// The states of all Gauss points at a committed step.
+///
+/// # Errors
+/// A step that cannot be read, or whose frames do not belong to the run's packings.
+pub fn states(
+    store: &impl Steps,
+    run: &RunName,
+    step: StepIndex,
+) -> Result<Vec<Arc<PointState>>, RunError> {
+    let (packings, deal) = packings(store, run)?;
+    let dealt = deal
+        .states(&packings)
+        .ok_or_else(|| RunError::State("step 0 lacks a packing that it deals out".into()))?;
+    if step.0 == 0 {
+        return Ok(dealt);
+    }
+    let reader = store.step(run, step)?;
+    dealt
+        .iter()
+        .enumerate()
+        .map(|(point, dealt)| {
+            let id = GaussPointId(point as u32);
+            let bytes = reader.frame(FrameId::new(POINT, id.0))?;
+            Ok(Arc::new(read_point(id, &bytes, dealt)?))
+        })
+        .collect()
+}
+
+/// How many increments of the programme are done at a committed step.
+///
+/// # Errors
+/// The step cannot be read.
+pub fn increments_done(
+    store: &impl Steps,
+    run: &RunName,
+    step: Option<StepIndex>,
+) -> Result<u64, RunError> {
+    let Some(step) = step else { return Ok(0) };
+    let id = FrameId::new(super::frames::PROGRESS, 0);
+    let place: super::schedule::Place = decode(id, &store.step(run, step)?.frame(id)?)?;
+    Ok(place.done())
+}

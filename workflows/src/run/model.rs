@@ -1,0 +1,146 @@
+//! From the input's words to the macro solver's problem.
+
+use std::sync::Arc;
+
+use solver_fem::{
+    boundary::{Condition, Target, Value},
+    mesh::{Annulus, AnnulusExtent, Mesh, Rectangle},
+    newton::{StepSettings, Strategy, TwoPhase},
+    problem::Problem,
+    step_control::StepControlSettings,
+};
+
+use super::error::RunError;
+use crate::input::{
+    self, Sector, SolverSettings,
+    problem::{Amount, Body, ConditionKind, Law, Material, Selection},
+};
+
+/// A body ready for the macro solver.
+pub struct Model {
+    /// The boundary value problem.
+    pub problem: Arc<Problem<2>>,
+    /// Index of the material of each element.
+    pub materials: Vec<usize>,
+}
+
+impl Model {
+    /// Builds the mesh, its regions and its boundary conditions.
+    ///
+    /// # Errors
+    /// What the mesh or the conditions refuse.
+    pub fn new(body: &Body, loads: usize) -> Result<Self, RunError> {
+        let mut mesh = mesh(&body.mesh)?;
+        let mut materials = vec![body.material; mesh.element_count()];
+        for region in &body.regions {
+            let elements = match &region.selection {
+                Selection::Elements(elements) => elements.iter().map(|&e| e as usize).collect(),
+                Selection::Box(within) => mesh.elements_in_box(within.from, within.to),
+            };
+            mesh.assign_region(&region.name, &elements)
+                .map_err(|error| RunError::Model(error.to_string()))?;
+            for element in elements {
+                materials[element] = region.material;
+            }
+        }
+        let conditions = conditions(body, &mesh);
+        let problem = Problem::plane_strain(mesh, conditions, loads)
+            .map_err(|error| RunError::Model(error.to_string()))?;
+        Ok(Self { problem: Arc::new(problem), materials })
+    }
+}
+
+fn mesh(mesh: &input::Mesh) -> Result<Mesh<2>, RunError> {
+    let built = match mesh {
+        input::Mesh::Rectangle(rectangle) => Mesh::rectangle(&Rectangle {
+            size: rectangle.size,
+            elements: rectangle.elements.map(|n| n as usize),
+        }),
+        input::Mesh::Annulus(annulus) => Mesh::annulus(&Annulus {
+            inner_radius: annulus.inner_radius,
+            outer_radius: annulus.outer_radius,
+            circumferential: annulus.elements[0] as usize,
+            radial: annulus.elements[1] as usize,
+            growth: annulus.growth,
+            extent: match annulus.sector {
+                Sector::Quarter => AnnulusExtent::Quarter,
+                Sector::Half => AnnulusExtent::Half,
+                Sector::Full => AnnulusExtent::Full,
+            },
+        }),
+    };
+    built.map_err(|error| RunError::Model(error.to_string()))
+}
+
+fn conditions(body: &Body, mesh: &Mesh<2>) -> Vec<Condition> {
+    let mut conditions = Vec::new();
+    for condition in &body.conditions {
+        let on = &condition.on;
+        match condition.kind {
+            ConditionKind::Displacement { component, value } => {
+                let target = if mesh.boundaries.contains_key(on) {
+                    Target::boundary(on)
+                } else {
+                    Target::node_set(on)
+                };
+                conditions.push(Condition::displacement(target, component, amount(value)));
+            }
+            ConditionKind::Pressure(value) => {
+                conditions.push(Condition::Pressure { boundary: on.clone(), value: amount(value) });
+            }
+            ConditionKind::Traction(values) => {
+                for (component, value) in values.into_iter().enumerate() {
+                    conditions.push(Condition::Traction {
+                        boundary: on.clone(),
+                        component,
+                        value: amount(value),
+                    });
+                }
+            }
+        }
+    }
+    conditions
+}
+
+fn amount(amount: Amount) -> Value {
+    match amount {
+        Amount::Constant(value) => Value::Constant(value),
+        Amount::Load(index) => Value::load(index),
+    }
+}
+
+/// How a load step is solved: in two phases where grains answer, by plain Newton where nothing but
+/// elastic laws does.
+pub fn step_settings(solver: &SolverSettings, materials: &[Material]) -> StepSettings {
+    let grains = materials.iter().any(|material| matches!(material.law, Law::Rev(_)));
+    let strategy = if grains {
+        Strategy::TwoPhase(TwoPhase {
+            sweeps: solver.iterations as usize,
+            elastic_sweeps: solver.elastic_iterations as usize,
+            loose_tolerance: solver.loosest_force_tolerance,
+            ..TwoPhase::default()
+        })
+    } else {
+        Strategy::Plain { max_sweeps: solver.iterations as usize }
+    };
+    StepSettings {
+        force_tolerance: solver.force_tolerance,
+        displacement_tolerance: solver.displacement_tolerance,
+        strategy,
+        ..StepSettings::default()
+    }
+}
+
+/// How the step size follows success and failure.
+pub fn step_control(solver: &SolverSettings) -> StepControlSettings {
+    StepControlSettings {
+        floor: solver.smallest_step,
+        growth: solver.step_growth,
+        ..StepControlSettings::default()
+    }
+}
+
+/// How a REV is solved.
+pub fn rev_settings(solver: &SolverSettings) -> solver_dem::Settings {
+    solver_dem::Settings { tolerance: solver.rev_tolerance, ..solver_dem::Settings::default() }
+}

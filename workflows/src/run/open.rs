@@ -1,0 +1,81 @@
+//! Opening the store, and its refusals in the user's words.
+
+use store::{OpenError, Store};
+
+use super::{Context, error::RunError};
+use crate::{
+    address::RunName,
+    failure::{Failure, FailureKind},
+};
+
+/// Opens the store for writing; makes it where there is none.
+pub fn open(context: &Context<'_>) -> Result<Store, Failure> {
+    let store = Store::open(&context.store).map_err(|error| refused(context, error))?;
+    for finding in store.opening_report() {
+        context.progress.note(&format!("store: {}: {} ({})", finding.path.display(), finding.what, finding.remedy));
+    }
+    Ok(store)
+}
+
+/// Opens the store for writing; a folder that is none yet is refused rather than made one.
+pub fn open_existing(context: &Context<'_>) -> Result<Store, Failure> {
+    Store::open_read_only(&context.store).map_err(|error| refused(context, error))?;
+    open(context)
+}
+
+/// The refusal of a store to open.
+pub fn refused(context: &Context<'_>, error: OpenError) -> Failure {
+    let hint = match &error {
+        OpenError::Held { .. } => {
+            "wait until it is done (`femdem-flow status` tells how far it is), or use another store with `--store DIR`"
+        }
+        _ => "check the path; `--store DIR` names the folder of the store",
+    };
+    Failure::new(
+        FailureKind::Store,
+        format!("failed to open the store {}", context.store.display()),
+    )
+    .because(error)
+    .hint(hint)
+}
+
+/// A failure of a run, with the exit code of its kind.
+pub fn explain(what: &str, error: RunError) -> Failure {
+    let kind = match &error {
+        RunError::Model(_) | RunError::Packing { .. } | RunError::Complete { .. } => {
+            FailureKind::Usage
+        }
+        RunError::Preparation { .. } | RunError::Engine(_) | RunError::State(_) => FailureKind::Run,
+        RunError::Manifest(_)
+        | RunError::Decode(_)
+        | RunError::Read(_)
+        | RunError::Run(_)
+        | RunError::Journal(_)
+        | RunError::Commit(_)
+        | RunError::Space(_)
+        | RunError::File { .. } => FailureKind::Store,
+    };
+    let hint = match &error {
+        RunError::Space(_) | RunError::Commit(_) | RunError::Journal(_) => Some(
+            "free space on the disk, then `femdem-flow resume RUN`: nothing that is committed is lost",
+        ),
+        RunError::Read(store::ReadError::NoSuchRun(_)) => Some("`femdem-flow runs` lists the runs"),
+        RunError::Read(_) | RunError::Decode(_) | RunError::Manifest(_) => {
+            Some("`femdem-flow store check` says what is damaged and what to do")
+        }
+        RunError::Preparation { .. } => Some("see the material's `rev` section in the input"),
+        _ => None,
+    };
+    let failure = Failure::new(kind, format!("failed to {what}")).because(error);
+    match hint {
+        Some(hint) => failure.hint(hint),
+        None => failure,
+    }
+}
+
+/// The store's form of a run name.
+pub fn store_name(name: &RunName) -> Result<store::RunName, Failure> {
+    store::RunName::new(name.as_str()).map_err(|error| {
+        Failure::new(FailureKind::Usage, format!("failed to use the run name `{name}`")).because(error)
+    })
+}

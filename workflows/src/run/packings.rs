@@ -1,0 +1,166 @@
+//! Which packings a run needs, and which Gauss point gets which.
+
+use std::collections::BTreeMap;
+
+use solver_dem::{Recipe, exchange::PackingRecord};
+use solver_fem::elastic::Elastic;
+use store::Digest;
+
+use super::{
+    error::RunError,
+    frames::{Deal, Dealt, encode},
+    point::PointState,
+    work::Job,
+};
+use crate::input::{
+    Packings,
+    problem::{Law, Material, Origin, Rev},
+};
+
+/// Changes whenever the same recipe would give other bits, so that an old cache is not taken for new.
+const PREPARATION: &str = "preparation 1";
+
+/// What has to be prepared, and how it is dealt out.
+pub struct Plan {
+    /// One job a packing.
+    pub jobs: Vec<Job>,
+    /// Which packing each Gauss point gets.
+    pub deal: Deal,
+}
+
+impl Plan {
+    /// The plan of a body: `materials[k]` is the material of element k, with `per_element` Gauss points.
+    ///
+    /// # Errors
+    /// A packing file that cannot be read, constants that are no elastic law.
+    pub fn of_body(materials: &[&Material], per_element: usize) -> Result<Self, RunError> {
+        let mut planner = Planner::default();
+        let mut points = Vec::with_capacity(materials.len() * per_element);
+        for (element, material) in materials.iter().enumerate() {
+            for local in 0..per_element {
+                points.push(match &material.law {
+                    Law::Elastic(elastic) => Dealt::Elastic(elastic_point(elastic)?),
+                    Law::Rev(rev) => {
+                        let point = (element * per_element + local) as u64;
+                        let number = match rev.packings {
+                            Packings::Shared => 0,
+                            Packings::Gallery(size) => draw(rev.seed, point) % u64::from(size.max(1)),
+                            Packings::OnePerElement => element as u64,
+                            Packings::OnePerGaussPoint => point,
+                        };
+                        Dealt::Packing(planner.packing(material, rev, number, true)?)
+                    }
+                });
+            }
+        }
+        Ok(Self { jobs: planner.jobs, deal: Deal { points } })
+    }
+
+    /// The plan of an element test. A packing from a file is taken as it is, so that other codes'
+    /// results can be compared.
+    ///
+    /// # Errors
+    /// A packing file that cannot be read, a material without grains.
+    pub fn of_element_test(material: &Material) -> Result<Self, RunError> {
+        let Law::Rev(rev) = &material.law else {
+            return Err(RunError::Model(format!(
+                "material `{}` has no grains to test",
+                material.name
+            )));
+        };
+        let mut planner = Planner::default();
+        let packing = planner.packing(material, rev, 0, false)?;
+        Ok(Self { jobs: planner.jobs, deal: Deal { points: vec![Dealt::Packing(packing)] } })
+    }
+}
+
+/// The key of a job's result in the cache.
+pub fn cache_key(job: &Job) -> Digest {
+    let mut bytes = PREPARATION.as_bytes().to_vec();
+    bytes.extend(encode(job));
+    Digest::of(&bytes)
+}
+
+#[derive(Default)]
+struct Planner {
+    jobs: Vec<Job>,
+    /// Material name and number of the packing within the material → number of the job.
+    known: BTreeMap<(String, u64), u32>,
+}
+
+impl Planner {
+    fn packing(
+        &mut self,
+        material: &Material,
+        rev: &Rev,
+        number: u64,
+        settle: bool,
+    ) -> Result<u32, RunError> {
+        let key = (material.name.clone(), number);
+        if let Some(&job) = self.known.get(&key) {
+            return Ok(job);
+        }
+        let job = match &rev.origin {
+            Origin::Prepared { grains, size_ratio, friction } => Job::Prepare(Recipe {
+                grains: *grains,
+                size_ratio: *size_ratio,
+                confining_stress: rev.confining_stress,
+                stiffness: rev.stiffness,
+                tangential_stiffness: rev.tangential_stiffness,
+                friction: rev.friction,
+                preparation_friction: *friction,
+                cohesion_ratio: rev.cohesion_ratio,
+                seed: if number == 0 { rev.seed } else { draw(rev.seed, number) },
+            }),
+            Origin::Imported(path) => {
+                let mut packing = read_packing(path)?;
+                packing.law = law(rev, &packing);
+                Job::Adopt { rev: packing, pressure: settle.then_some(rev.confining_stress) }
+            }
+        };
+        let index = self.jobs.len() as u32;
+        self.jobs.push(job);
+        self.known.insert(key, index);
+        Ok(index)
+    }
+}
+
+/// The contact law of a material on a given packing: kn = κ σ0, f_c = p* a σ0.
+fn law(rev: &Rev, packing: &super::point::PlaneRev) -> solver_dem::ContactLaw {
+    let kn = rev.stiffness * rev.confining_stress;
+    solver_dem::ContactLaw {
+        normal_stiffness: kn,
+        tangential_stiffness: rev.tangential_stiffness * kn,
+        friction: rev.friction,
+        cohesion: rev.cohesion_ratio * rev.confining_stress * packing.grains.mean_diameter(),
+    }
+}
+
+/// Reads a packing file.
+///
+/// # Errors
+/// A file that cannot be read, is no JSON, or no packing.
+pub fn read_packing(path: &str) -> Result<super::point::PlaneRev, RunError> {
+    let failed = |reason: String| RunError::Packing { path: path.to_owned(), reason };
+    let text = std::fs::read_to_string(path).map_err(|error| failed(error.to_string()))?;
+    let record: PackingRecord =
+        serde_json::from_str(&text).map_err(|error| failed(error.to_string()))?;
+    record.to_rev().map_err(|error| failed(error.to_string()))
+}
+
+fn elastic_point(elastic: &crate::input::problem::Elastic) -> Result<PointState, RunError> {
+    let law = Elastic::new(elastic.young, elastic.poisson)
+        .map_err(|error| RunError::Model(error.to_string()))?;
+    let p = elastic.initial_stress;
+    Ok(PointState::Elastic { law, stress: [[p, 0.0], [0.0, p]] })
+}
+
+/// A number that depends on the seed and the place alone (SplitMix64, Steele, Lea, Flood 2014).
+fn draw(seed: u64, place: u64) -> u64 {
+    let mut z = seed
+        .wrapping_mul(0xd1b5_4a32_d192_ed03)
+        .wrapping_add(place.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}

@@ -1,0 +1,74 @@
+//! What lists say about a committed step.
+
+use serde::{Deserialize, Serialize};
+use solver_dem::{Method, Report};
+use solver_fem::newton::{Acceptance, SweepReport};
+
+/// Figures of a committed step. Durations in it are measurements; they are no part of its digest.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct StepSummary {
+    /// Increment of the programme, from 1; 0 for the initial state.
+    pub increment: u64,
+    /// Stage of the programme; empty for the initial state.
+    pub stage: String,
+    /// Part of the increment reached.
+    pub position: f64,
+    /// Load values at the end.
+    pub loads: Vec<f64>,
+    /// Whether the residual is within the tolerance or only within the loose one.
+    pub loosely_accepted: bool,
+    /// ‖R_free‖/max(‖reactions‖, ‖external‖).
+    pub residual: f64,
+    /// Every sweep of the attempt that succeeded.
+    pub sweeps: Vec<SweepReport>,
+    /// Attempts that failed before it.
+    pub cuts: u32,
+    /// The REV solves of all attempts in this session.
+    pub revs: RevFigures,
+    /// Wall seconds of the step, sessions added up as far as known.
+    pub wall_s: f64,
+    /// CPU seconds of its tasks.
+    pub cpu_s: f64,
+    /// CPU seconds outside the tasks: assembly, linear solves, journal, commit.
+    pub director_s: f64,
+}
+
+impl StepSummary {
+    /// How well the step was solved.
+    pub fn accept(&mut self, acceptance: Acceptance, residual: f64) {
+        self.loosely_accepted = matches!(acceptance, Acceptance::LooselyAccepted { .. });
+        self.residual = residual;
+    }
+}
+
+/// What the REV solvers did, added up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct RevFigures {
+    /// Solves.
+    pub solves: u64,
+    /// Cycles of all of them.
+    pub cycles: u64,
+    /// Solves that re-based their friction history.
+    pub rebased: u64,
+    /// Solves that fell back to the path solver.
+    pub path: u64,
+    /// Solves whose tangent is the affine one, for want of a regular network.
+    pub affine_tangents: u64,
+    /// The largest residual that was accepted as equilibrium.
+    pub worst_residual: f64,
+}
+
+impl RevFigures {
+    /// Counts one solve.
+    pub fn add(&mut self, report: &Report) {
+        self.solves += 1;
+        self.cycles += u64::from(report.cycles);
+        match report.method {
+            Method::ReturnMapping => {}
+            Method::Rebased => self.rebased += 1,
+            Method::Path => self.path += 1,
+        }
+        self.affine_tangents += u64::from(report.affine_tangent);
+        self.worst_residual = self.worst_residual.max(report.residual);
+    }
+}
