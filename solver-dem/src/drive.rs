@@ -6,7 +6,9 @@ use crate::{
     Rev,
     dynamics::{Assembly, Friction},
     relax::{CellMotion, Limits, Outcome, relax},
-    respond::{EquilibriumError, Method, Response, answer, check, configuration, follow_path},
+    respond::{
+        EquilibriumError, Method, Response, answer, check, configuration, follow_path, lost_all,
+    },
     settings::Settings,
     tensor::{Tensor2, invert, product},
 };
@@ -93,7 +95,7 @@ pub fn drive(
             rebase_after: settings.rebase_after,
         };
         let relaxed = relax(&mut assembly, &mut motion, &limits, settings);
-        if relaxed.outcome == Outcome::Equilibrium {
+        if relaxed.outcome == Outcome::Equilibrium && !lost_all(base, &assembly) {
             let method = if relaxed.rebased {
                 Method::Rebased
             } else {

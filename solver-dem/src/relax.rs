@@ -172,11 +172,13 @@ pub(crate) fn relax(
     assembly.compute_forces(limits.friction);
     loop {
         let cycle = result.cycles;
-        if cycle >= motion.ramp && cycle.is_multiple_of(RESIDUAL_CHECK) {
-            assembly.scale_masses();
+        let checked = cycle.is_multiple_of(RESIDUAL_CHECK);
+        if checked {
+            assembly.set_masses();
+        }
+        if checked && cycle >= motion.ramp {
             let stress = assembly.stress();
             result.residual = assembly.residual();
-            if std::env::var("TRACE").is_ok() && cycle % 100 == 0 { eprintln!("T {cycle} {:.2e} nc {}", result.residual, assembly.closed().count()); }
             result.stress_error = motion.stress_error(&stress);
             result.drift = last_stress.map_or(f64::INFINITY, |last| change(&last, &stress));
             last_stress = Some(stress);

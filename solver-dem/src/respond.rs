@@ -150,7 +150,7 @@ pub fn respond(
         rebase_after: settings.rebase_after,
     };
     let relaxed = relax(&mut assembly, &mut motion, &limits, settings);
-    if relaxed.outcome == Outcome::Equilibrium {
+    if relaxed.outcome == Outcome::Equilibrium && !lost_all(base, &assembly) {
         let method = if relaxed.rebased {
             Method::Rebased
         } else {
@@ -166,6 +166,12 @@ pub fn respond(
         settings,
         relaxed.cycles,
     )
+}
+
+/// Whether grains that touched no longer do. They may have flown apart after a sudden large increment,
+/// and what carries nothing is in perfect equilibrium: whether it is the answer, the slow path tells.
+pub(crate) fn lost_all(base: &Rev<2, 1>, assembly: &Assembly<'_>) -> bool {
+    !base.state.contacts.is_empty() && assembly.closed().next().is_none()
 }
 
 /// The path solver: a slow ramp of F from `from`, at the base, to `gradient`, then relaxation.

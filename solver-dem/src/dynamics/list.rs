@@ -79,7 +79,6 @@ impl Assembly<'_> {
             Friction::Path => self.carry_history(&old),
         }
         self.listed = positions;
-        self.scale_masses();
         self.listed_inverse = inverse;
         true
     }

@@ -145,7 +145,6 @@ impl<const B: usize> BlockLu<B> {
 
 /// The elimination order by minimum degree (ties: lowest number) and, for each eliminated node, its
 /// neighbours at that moment. Sets are bit sets: a REV has few hundred to few thousand grains.
-#[inline(never)]
 fn minimum_degree(n: usize, edges: &[(usize, usize)]) -> (Vec<usize>, Vec<Vec<usize>>) {
     let words = n.div_ceil(64);
     let mut adjacent = vec![0u64; n * words];
