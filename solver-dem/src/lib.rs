@@ -35,4 +35,4 @@ pub use drive::{Component, Control, drive};
 pub use prepare::{PreparationError, Quality, Recipe, prepare, settle};
 pub use respond::{EquilibriumError, Method, Report, Response, Start, respond};
 pub use rev::{Contact, Grains, Rev, RevState};
-pub use settings::Settings;
+pub use settings::{Settings, Tangents};

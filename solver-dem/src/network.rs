@@ -4,13 +4,18 @@
 //! relative to the motion of the cell, C = ∂σ/∂L − ∂σ/∂q · (∂r/∂q)⁻¹ · ∂r/∂L.
 
 mod block_lu;
+mod elimination;
 
 use crate::{
     contact::Status,
     dynamics::{Assembly, Geometry, Link},
     tensor::{Tensor4, Vector},
 };
-use block_lu::{BlockLu, BlockMatrix};
+use block_lu::BlockLu;
+use elimination::Elimination;
+
+/// Two displacements and a rotation, in rows of four.
+type Stiffness<'a> = BlockLu<'a, 3, 4>;
 
 /// Which response of the contacts is linearised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -119,10 +124,11 @@ impl Linear {
 }
 
 /// The tangent C_ijkl = ∂σ_ij/∂L_kl at the assembly's current configuration (forces computed).
-/// `regularisation` is a stiffness on each grain's diagonal over kn. `None` when the network has
+/// `network` is that of its contacts; `regularisation` is a stiffness on each grain's diagonal over kn. `None` when the network has
 /// no contacts or its stiffness is singular to working precision.
 pub(crate) fn tangent(
     assembly: &Assembly<'_>,
+    network: &mut Network<'_>,
     kind: Linearisation,
     regularisation: f64,
 ) -> Option<Tensor4<2>> {
@@ -131,17 +137,15 @@ pub(crate) fn tangent(
         .map(|link| Linear::new(assembly, &link, kind))
         .collect();
     let n = assembly.len();
-    if contacts.is_empty() {
+    if contacts.is_empty() || contacts.len() != network.pattern.edges() {
         return None;
     }
-    // Rotations are scaled by a length so that all unknowns are displacements.
-    let length =
-        0.5 * contacts.iter().map(|c| c.geometry.distance).sum::<f64>() / contacts.len() as f64;
-
-    let mut matrix = BlockMatrix::<3>::new(n, contacts.iter().map(|c| (c.i, c.j)));
+    let length = typical_arm(&contacts);
+    let matrix = &mut network.stiffness;
+    matrix.clear();
     let mut loads = vec![[[0.0; 4]; 3]; n];
     for (edge, contact) in contacts.iter().enumerate() {
-        add_stiffness(&mut matrix, edge, contact, length);
+        add_stiffness(matrix, edge, contact, length);
         for (case, du) in stretches(&contact.geometry.branch).into_iter().enumerate() {
             let rate = contact.rate(&contact.motion(&du, [0.0; 2]));
             for k in 0..2 {
@@ -152,10 +156,12 @@ pub(crate) fn tangent(
             loads[contact.j][2][case] += rate.moments[1] / length;
         }
     }
-    steady(&mut matrix, &contacts, n, regularisation);
+    steady(matrix, &contacts, n, regularisation);
     // −(∂r/∂q) dq = ∂r/∂L.
-    let lu = BlockLu::factorise(matrix)?;
-    lu.solve(&mut loads);
+    if !matrix.factorise() {
+        return None;
+    }
+    matrix.solve(&mut loads);
 
     let stress = assembly.stress();
     let volume = assembly.cell.volume();
@@ -200,6 +206,35 @@ pub(crate) fn tangent(
         .then_some(c)
 }
 
+/// The elimination of the contacts of an assembly. Assemblies at the same configuration share it.
+pub(crate) fn pattern_of(assembly: &Assembly<'_>) -> Elimination {
+    let edges: Vec<_> = assembly
+        .closed()
+        .map(|c| (c.i as usize, c.j as usize))
+        .collect();
+    Elimination::new(assembly.len(), &edges)
+}
+
+/// Room for the stiffness of a network with a given pattern.
+pub(crate) struct Network<'a> {
+    pattern: &'a Elimination,
+    stiffness: Stiffness<'a>,
+}
+
+impl<'a> Network<'a> {
+    pub fn new(pattern: &'a Elimination) -> Self {
+        Self {
+            pattern,
+            stiffness: Stiffness::new(pattern),
+        }
+    }
+}
+
+/// Half the mean branch length: it scales rotations so that all unknowns are displacements.
+fn typical_arm(contacts: &[Linear]) -> f64 {
+    0.5 * contacts.iter().map(|c| c.geometry.distance).sum::<f64>() / contacts.len() as f64
+}
+
 /// The change of a branch vector with each component of L: du_a = δ_ak l_l, in the order kl =
 /// 11, 12, 21, 22.
 fn stretches(branch: &Vector<2>) -> [Vector<2>; 4] {
@@ -212,7 +247,7 @@ fn stretches(branch: &Vector<2>) -> [Vector<2>; 4] {
 }
 
 /// Adds −∂r/∂q of one contact.
-fn add_stiffness(matrix: &mut BlockMatrix<3>, edge: usize, contact: &Linear, length: f64) {
+fn add_stiffness(matrix: &mut Stiffness<'_>, edge: usize, contact: &Linear, length: f64) {
     // Column of the contact's six unknowns: x_i, y_i, θ_i, x_j, y_j, θ_j.
     let mut columns = [[0.0; 6]; 6];
     for (unknown, column) in columns.iter_mut().enumerate() {
@@ -232,19 +267,25 @@ fn add_stiffness(matrix: &mut BlockMatrix<3>, edge: usize, contact: &Linear, len
             -rate.moments[1] / length,
         ];
     }
+    add_part(matrix.diagonal(contact.i), &columns, 0, 0);
+    add_part(matrix.diagonal(contact.j), &columns, 3, 3);
+    let [upper, lower] = matrix.coupling(edge);
+    add_part(upper, &columns, 0, 3);
+    add_part(lower, &columns, 3, 0);
+}
+
+/// Adds the 3×3 part of a contact's stiffness that begins at the given row and column.
+fn add_part(block: &mut [[f64; 4]; 3], columns: &[[f64; 6]; 6], row: usize, column: usize) {
     for a in 0..3 {
         for b in 0..3 {
-            matrix.diagonal[contact.i][a][b] += columns[b][a];
-            matrix.diagonal[contact.j][a][b] += columns[3 + b][3 + a];
-            matrix.upper[edge][a][b] += columns[3 + b][a];
-            matrix.lower[edge][a][b] += columns[b][3 + a];
+            block[a][b] += columns[column + b][row + a];
         }
     }
 }
 
 /// Removes the rigid translations and the freedom of rattlers. A spring on one grain that carries
 /// load is exact, since nothing pulls it; rattlers get just enough to be regular.
-fn steady(matrix: &mut BlockMatrix<3>, contacts: &[Linear], n: usize, regularisation: f64) {
+fn steady(matrix: &mut Stiffness<'_>, contacts: &[Linear], n: usize, regularisation: f64) {
     let kn = contacts[0].kn;
     let mut degree = vec![0u32; n];
     for contact in contacts {
@@ -262,11 +303,11 @@ fn steady(matrix: &mut BlockMatrix<3>, contacts: &[Linear], n: usize, regularisa
             _ => 1e-7 * kn,
         };
         for k in 0..3 {
-            matrix.diagonal[grain][k][k] += spring + regularisation * kn;
+            matrix.diagonal(grain)[k][k] += spring + regularisation * kn;
         }
     }
     for k in 0..2 {
-        matrix.diagonal[held][k][k] += kn;
+        matrix.diagonal(held)[k][k] += kn;
     }
 }
 

@@ -8,9 +8,9 @@ use crate::{
     contact::Status,
     dynamics::{Assembly, Friction},
     homogenise::asymmetry,
-    network::{self, Linearisation},
+    network::{self, Linearisation, Network},
     relax::{CellMotion, Limits, Outcome, Relaxed, relax},
-    settings::Settings,
+    settings::{Settings, Tangents},
     tensor::{Tensor2, Tensor4, identity, invert, product, rotation_angle},
 };
 
@@ -73,7 +73,8 @@ pub struct Response {
     pub stress: Tensor2<2>,
     /// ∂σ_ij/∂L_kl of the whole increment (statuses of the return mapping from the base).
     pub tangent: Tensor4<2>,
-    /// ∂σ_ij/∂L_kl of the end state with all contacts sticking.
+    /// ∂σ_ij/∂L_kl of the end state with all contacts sticking; the affine operator when only the
+    /// algorithmic tangent was asked for.
     pub elastic_tangent: Tensor4<2>,
     /// Figures.
     pub report: Report,
@@ -405,8 +406,14 @@ pub(crate) fn answer(
         .filter(|link| over_increment.geometry(link).status == Status::Sliding)
         .count();
     let soft = settings.network_regularisation;
-    let algorithmic = network::tangent(over_increment, Linearisation::Algorithmic, soft);
-    let elastic = network::tangent(assembly, Linearisation::Elastic, soft);
+    let pattern = network::pattern_of(assembly);
+    let mut room = Network::new(&pattern);
+    let mut tangent = |of, kind| network::tangent(of, &mut room, kind, soft);
+    let algorithmic = tangent(over_increment, Linearisation::Algorithmic);
+    let elastic = match settings.tangents {
+        Tangents::Both => tangent(assembly, Linearisation::Elastic),
+        Tangents::Algorithmic => Some(network::affine(assembly)),
+    };
     let affine_tangent = algorithmic.is_none() || elastic.is_none();
     let affine = || network::affine(assembly);
     Ok(Response {

@@ -2,6 +2,18 @@
 
 use serde::{Deserialize, Serialize};
 
+/// Which tangents a solve computes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Tangents {
+    /// The algorithmic and the elastic one.
+    #[default]
+    Both,
+    /// The algorithmic one; the affine operator, a bound of the elastic tangent from above that costs
+    /// nothing, stands in its place.
+    Algorithmic,
+}
+
 /// Numerical settings of a REV solve. The defaults are the measured ones of docs/design/rev-solver.md.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -27,6 +39,8 @@ pub struct Settings {
     /// Stiffness put on every grain's diagonal when the network is linearised, over kn: it keeps
     /// nearly unstable networks from answering with an unbounded displacement.
     pub network_regularisation: f64,
+    /// Which tangents are computed: each costs about 40 cycles.
+    pub tangents: Tangents,
 }
 
 impl Default for Settings {
@@ -41,6 +55,7 @@ impl Default for Settings {
             ramp_rate: 2e-6,
             ramp_min_cycles: 200,
             network_regularisation: 1e-3,
+            tangents: Tangents::Both,
         }
     }
 }

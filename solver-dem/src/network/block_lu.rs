@@ -4,243 +4,185 @@
 //! Eliminated by minimum degree, its factors hold a few thousand blocks; pivoting inside the diagonal
 //! blocks suffices for networks near equilibrium. A general sparse LU spends several times the work
 //! in its symbolic part (measured figures: docs/design/rev-solver.md).
+//!
+//! Blocks have `B` rows of `W` ≥ `B` numbers, the rest zero, so that a row fills vector registers.
 
-/// A dense block.
-pub(super) type Block<const B: usize> = [[f64; B]; B];
+use super::elimination::Elimination;
 
-/// A matrix with a structurally symmetric pattern.
-pub(super) struct BlockMatrix<const B: usize> {
-    pub diagonal: Vec<Block<B>>,
-    /// Edge e = (i, j): block (i, j).
-    pub upper: Vec<Block<B>>,
-    /// Edge e = (i, j): block (j, i).
-    pub lower: Vec<Block<B>>,
-    edges: Vec<(usize, usize)>,
+/// A dense block; columns from `B` on are zero.
+pub(super) type Block<const B: usize, const W: usize> = [[f64; W]; B];
+
+/// A matrix with the pattern of an [`Elimination`], then its factors in the same place: L·U = P·A·Pᵀ by
+/// blocks.
+pub(super) struct BlockLu<'a, const B: usize, const W: usize> {
+    elimination: &'a Elimination,
+    /// By place; after the elimination, the inverses.
+    pivots: Vec<Block<B, W>>,
+    /// Blocks (place, later) and (later, place), the latter times the pivot after the elimination.
+    upper: Vec<Block<B, W>>,
+    lower: Vec<Block<B, W>>,
 }
 
-impl<const B: usize> BlockMatrix<B> {
-    /// A zero matrix of `n` block rows with the given off-diagonal blocks, each pair at most once.
-    pub fn new(n: usize, edges: impl Iterator<Item = (usize, usize)>) -> Self {
-        let edges: Vec<_> = edges.collect();
-        let zero = [[0.0; B]; B];
+impl<'a, const B: usize, const W: usize> BlockLu<'a, B, W> {
+    /// A zero matrix.
+    pub fn new(elimination: &'a Elimination) -> Self {
+        let zero = [[0.0; W]; B];
         Self {
-            diagonal: vec![zero; n],
-            upper: vec![zero; edges.len()],
-            lower: vec![zero; edges.len()],
-            edges,
+            elimination,
+            pivots: vec![zero; elimination.len()],
+            upper: vec![zero; elimination.later.len()],
+            lower: vec![zero; elimination.later.len()],
         }
     }
-}
 
-/// L·U = P·A·Pᵀ by blocks.
-pub(super) struct BlockLu<const B: usize> {
-    /// Grain eliminated at each place.
-    order: Vec<usize>,
-    /// Later places coupled to each place, ascending; `start` delimits them.
-    start: Vec<usize>,
-    later: Vec<usize>,
-    pivots: Vec<Block<B>>,
-    /// U blocks (place, later) and L blocks (later, place), the latter already times the pivot.
-    upper: Vec<Block<B>>,
-    lower: Vec<Block<B>>,
-}
+    /// Makes it the zero matrix again. Its memory is most of what a tangent needs.
+    pub fn clear(&mut self) {
+        let zero = [[0.0; W]; B];
+        self.pivots.fill(zero);
+        self.upper.fill(zero);
+        self.lower.fill(zero);
+    }
 
-impl<const B: usize> BlockLu<B> {
-    /// `None` when a pivot block is singular.
-    pub fn factorise(matrix: BlockMatrix<B>) -> Option<Self> {
-        let n = matrix.diagonal.len();
-        let (order, fill) = minimum_degree(n, &matrix.edges);
-        let mut place = vec![0; n];
-        for (k, &grain) in order.iter().enumerate() {
-            place[grain] = k;
+    /// The diagonal block of a grain.
+    pub fn diagonal(&mut self, grain: usize) -> &mut Block<B, W> {
+        &mut self.pivots[self.elimination.place[grain]]
+    }
+
+    /// Of edge e = (i, j): the blocks (i, j) and (j, i).
+    pub fn coupling(&mut self, edge: usize) -> [&mut Block<B, W>; 2] {
+        let (at, flipped) = self.elimination.slots[edge];
+        let (upper, lower) = (&mut self.upper[at], &mut self.lower[at]);
+        if flipped {
+            [lower, upper]
+        } else {
+            [upper, lower]
         }
-        let mut start = Vec::with_capacity(n + 1);
-        let mut later = Vec::new();
-        start.push(0);
-        for neighbours in fill {
-            let from = later.len();
-            later.extend(neighbours.into_iter().map(|grain| place[grain]));
-            later[from..].sort_unstable();
-            start.push(later.len());
-        }
+    }
 
-        let zero = [[0.0; B]; B];
-        let mut pivots: Vec<Block<B>> = order.iter().map(|&grain| matrix.diagonal[grain]).collect();
-        let mut upper = vec![zero; later.len()];
-        let mut lower = vec![zero; later.len()];
-        for (edge, &(i, j)) in matrix.edges.iter().enumerate() {
-            let (a, b) = (place[i].min(place[j]), place[i].max(place[j]));
-            let row = &later[start[a]..start[a + 1]];
-            let at = start[a] + row.binary_search(&b).expect("the fill contains every edge");
-            let flipped = place[i] > place[j];
-            let (u, l) = if flipped {
-                (&matrix.lower[edge], &matrix.upper[edge])
-            } else {
-                (&matrix.upper[edge], &matrix.lower[edge])
+    /// Replaces the matrix by its factors; `false` when a pivot block is singular.
+    #[must_use]
+    pub fn factorise(&mut self) -> bool {
+        #[cfg(target_arch = "x86_64")]
+        if std::arch::is_x86_feature_detected!("avx2") {
+            // SAFETY: the processor has AVX2, which is all that the function asks for. It takes RATIO of
+            // the time (benches/solve.rs) and gives the same bits.
+            return unsafe { self.eliminate_avx2() };
+        }
+        self.eliminate_body()
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn eliminate_avx2(&mut self) -> bool {
+        self.eliminate_body()
+    }
+
+    #[inline(always)]
+    fn eliminate_body(&mut self) -> bool {
+        let Elimination {
+            start,
+            later,
+            targets,
+            ..
+        } = self.elimination;
+        let mut targets = targets.iter();
+        for k in 0..self.pivots.len() {
+            let Some(pivot) = inverse(&self.pivots[k]) else {
+                return false;
             };
-            add(&mut upper[at], u);
-            add(&mut lower[at], l);
-        }
-
-        for k in 0..n {
-            pivots[k] = inverse(&pivots[k])?;
+            self.pivots[k] = pivot;
             let own = start[k]..start[k + 1];
             for p in own.clone() {
-                lower[p] = times(&lower[p], &pivots[k]);
+                self.lower[p] = times(&self.lower[p], &pivot);
             }
             for p in own.clone() {
-                let a = later[p];
-                let (lp, up) = (lower[p], upper[p]);
-                subtract_product(&mut pivots[a], &lp, &up);
-                let mut slot = start[a];
-                for q in p + 1..own.end {
-                    while later[slot] < later[q] {
-                        slot += 1;
-                    }
-                    let (lq, uq) = (lower[q], upper[q]);
-                    subtract_product(&mut upper[slot], &lp, &uq);
-                    subtract_product(&mut lower[slot], &lq, &up);
+                let (lp, up) = (self.lower[p], self.upper[p]);
+                subtract_product(&mut self.pivots[later[p]], &lp, &up);
+                for (q, &slot) in (p + 1..own.end).zip(&mut targets) {
+                    let (lq, uq) = (self.lower[q], self.upper[q]);
+                    subtract_product(&mut self.upper[slot as usize], &lp, &uq);
+                    subtract_product(&mut self.lower[slot as usize], &lq, &up);
                 }
             }
         }
-        Some(Self {
-            order,
-            start,
-            later,
-            pivots,
-            upper,
-            lower,
-        })
+        true
     }
 
     /// Solves A·x = b in place for `R` right-hand sides; `b[grain][row][case]`.
     pub fn solve<const R: usize>(&self, b: &mut [[[f64; R]; B]]) {
-        let n = self.order.len();
-        let mut x: Vec<[[f64; R]; B]> = self.order.iter().map(|&grain| b[grain]).collect();
+        let Elimination {
+            order,
+            start,
+            later,
+            ..
+        } = self.elimination;
+        let n = order.len();
+        let mut x: Vec<[[f64; R]; B]> = order.iter().map(|&grain| b[grain]).collect();
         for k in 0..n {
             let xk = x[k];
-            for p in self.start[k]..self.start[k + 1] {
-                subtract_applied(&mut x[self.later[p]], &self.lower[p], &xk);
+            for p in start[k]..start[k + 1] {
+                subtract_product(&mut x[later[p]], &self.lower[p], &xk);
             }
         }
         for k in (0..n).rev() {
             let mut rest = x[k];
-            for p in self.start[k]..self.start[k + 1] {
-                subtract_applied(&mut rest, &self.upper[p], &x[self.later[p]]);
+            for p in start[k]..start[k + 1] {
+                subtract_product(&mut rest, &self.upper[p], &x[later[p]]);
             }
-            x[k] = [[0.0; R]; B];
-            for i in 0..B {
-                for j in 0..B {
-                    for r in 0..R {
-                        x[k][i][r] += self.pivots[k][i][j] * rest[j][r];
-                    }
-                }
-            }
+            x[k] = times(&self.pivots[k], &rest);
         }
-        for (k, &grain) in self.order.iter().enumerate() {
+        for (k, &grain) in order.iter().enumerate() {
             b[grain] = x[k];
         }
     }
 }
 
-/// The elimination order by minimum degree (ties: lowest number) and, for each eliminated node, its
-/// neighbours at that moment. Sets are bit sets: a REV has few hundred to few thousand grains.
-fn minimum_degree(n: usize, edges: &[(usize, usize)]) -> (Vec<usize>, Vec<Vec<usize>>) {
-    let words = n.div_ceil(64);
-    let mut adjacent = vec![0u64; n * words];
-    for &(i, j) in edges {
-        adjacent[i * words + j / 64] |= 1 << (j % 64);
-        adjacent[j * words + i / 64] |= 1 << (i % 64);
-    }
-    let count = |set: &[u64]| set.iter().map(|w| w.count_ones()).sum::<u32>();
-    let mut degree: Vec<u32> = (0..n)
-        .map(|i| count(&adjacent[i * words..(i + 1) * words]))
-        .collect();
-    let mut order = Vec::with_capacity(n);
-    let mut fill = Vec::with_capacity(n);
-    let mut clique = vec![0u64; words];
-    for _ in 0..n {
-        let mut node = 0;
-        for candidate in 1..n {
-            if degree[candidate] < degree[node] {
-                node = candidate;
-            }
-        }
-        clique.copy_from_slice(&adjacent[node * words..(node + 1) * words]);
-        let mut neighbours = Vec::with_capacity(degree[node] as usize);
-        for (w, &word) in clique.iter().enumerate() {
-            let mut bits = word;
-            while bits != 0 {
-                neighbours.push(w * 64 + bits.trailing_zeros() as usize);
-                bits &= bits - 1;
-            }
-        }
-        for &a in &neighbours {
-            let set = &mut adjacent[a * words..(a + 1) * words];
-            for (mine, theirs) in set.iter_mut().zip(&clique) {
-                *mine |= theirs;
-            }
-            set[a / 64] &= !(1 << (a % 64));
-            set[node / 64] &= !(1 << (node % 64));
-            degree[a] = count(set);
-        }
-        degree[node] = u32::MAX;
-        order.push(node);
-        fill.push(neighbours);
-    }
-    (order, fill)
-}
-
-fn add<const B: usize>(a: &mut Block<B>, b: &Block<B>) {
+/// A·C for the square part of A.
+#[inline(always)]
+fn times<const B: usize, const W: usize, const R: usize>(
+    a: &Block<B, W>,
+    c: &Block<B, R>,
+) -> Block<B, R> {
+    let mut product = [[0.0; R]; B];
     for i in 0..B {
-        for j in 0..B {
-            a[i][j] += b[i][j];
-        }
-    }
-}
-
-fn times<const B: usize>(a: &Block<B>, b: &Block<B>) -> Block<B> {
-    let mut c = [[0.0; B]; B];
-    for i in 0..B {
-        for j in 0..B {
-            for k in 0..B {
-                c[i][j] += a[i][k] * b[k][j];
+        for k in 0..B {
+            for r in 0..R {
+                product[i][r] += a[i][k] * c[k][r];
             }
         }
     }
-    c
+    product
 }
 
-#[inline]
-fn subtract_product<const B: usize>(c: &mut Block<B>, a: &Block<B>, b: &Block<B>) {
-    for i in 0..B {
-        for j in 0..B {
-            let mut sum = 0.0;
-            for k in 0..B {
-                sum += a[i][k] * b[k][j];
-            }
-            c[i][j] -= sum;
-        }
-    }
-}
-
-#[inline]
-fn subtract_applied<const B: usize, const R: usize>(
-    y: &mut [[f64; R]; B],
-    a: &Block<B>,
-    x: &[[f64; R]; B],
+/// y − A·x.
+#[inline(always)]
+fn subtract_product<const B: usize, const W: usize, const R: usize>(
+    y: &mut Block<B, R>,
+    a: &Block<B, W>,
+    x: &Block<B, R>,
 ) {
     for i in 0..B {
-        for j in 0..B {
+        for k in 0..B {
             for r in 0..R {
-                y[i][r] -= a[i][j] * x[j][r];
+                y[i][r] -= a[i][k] * x[k][r];
             }
         }
     }
 }
 
-fn inverse<const B: usize>(a: &Block<B>) -> Option<Block<B>> {
-    crate::tensor::invert(a).1
+/// The inverse of the square part.
+#[inline(always)]
+fn inverse<const B: usize, const W: usize>(a: &Block<B, W>) -> Option<Block<B, W>> {
+    let mut square = [[0.0; B]; B];
+    for i in 0..B {
+        square[i].copy_from_slice(&a[i][..B]);
+    }
+    let inverse = crate::tensor::invert(&square).1?;
+    let mut padded = [[0.0; W]; B];
+    for i in 0..B {
+        padded[i][..B].copy_from_slice(&inverse[i]);
+    }
+    Some(padded)
 }
 
 #[cfg(test)]
@@ -257,23 +199,28 @@ mod tests {
             edges.push((k, y * side + (x + 1) % side));
             edges.push((k, (y + 1) % side * side + x));
         }
-        let mut matrix = BlockMatrix::<3>::new(n, edges.iter().copied());
+        let elimination = Elimination::new(n, &edges);
+        let mut matrix = BlockLu::<3, 4>::new(&elimination);
+        let (mut diagonal, mut couplings) = (Vec::new(), Vec::new());
         let value = |seed: usize| ((seed * 7919 + 13) % 101) as f64 / 101.0 - 0.5;
         for grain in 0..n {
+            let block = matrix.diagonal(grain);
             for a in 0..3 {
                 for b in 0..3 {
-                    matrix.diagonal[grain][a][b] =
-                        value(grain * 9 + a * 3 + b) + if a == b { 6.0 } else { 0.0 };
+                    block[a][b] = value(grain * 9 + a * 3 + b) + if a == b { 6.0 } else { 0.0 };
                 }
             }
+            diagonal.push(*block);
         }
         for edge in 0..edges.len() {
+            let [upper, lower] = matrix.coupling(edge);
             for a in 0..3 {
                 for b in 0..3 {
-                    matrix.upper[edge][a][b] = value(edge * 31 + a * 5 + b);
-                    matrix.lower[edge][a][b] = value(edge * 17 + a * 11 + b);
+                    upper[a][b] = value(edge * 31 + a * 5 + b);
+                    lower[a][b] = value(edge * 17 + a * 11 + b);
                 }
             }
+            couplings.push((*upper, *lower));
         }
         let exact: Vec<[[f64; 2]; 3]> = (0..n)
             .map(|g| {
@@ -285,7 +232,7 @@ mod tests {
             })
             .collect();
         let mut b = vec![[[0.0; 2]; 3]; n];
-        let apply = |target: &mut [[f64; 2]; 3], block: &Block<3>, x: &[[f64; 2]; 3]| {
+        let apply = |target: &mut [[f64; 2]; 3], block: &Block<3, 4>, x: &[[f64; 2]; 3]| {
             for i in 0..3 {
                 for j in 0..3 {
                     for r in 0..2 {
@@ -295,13 +242,14 @@ mod tests {
             }
         };
         for g in 0..n {
-            apply(&mut b[g], &matrix.diagonal[g], &exact[g]);
+            apply(&mut b[g], &diagonal[g], &exact[g]);
         }
         for (e, &(i, j)) in edges.iter().enumerate() {
-            apply(&mut b[i], &matrix.upper[e], &exact[j]);
-            apply(&mut b[j], &matrix.lower[e], &exact[i]);
+            apply(&mut b[i], &couplings[e].0, &exact[j]);
+            apply(&mut b[j], &couplings[e].1, &exact[i]);
         }
-        BlockLu::factorise(matrix).unwrap().solve(&mut b);
+        assert!(matrix.factorise());
+        matrix.solve(&mut b);
         for (x, y) in b
             .iter()
             .flatten()
