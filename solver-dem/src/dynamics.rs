@@ -14,6 +14,8 @@
 mod kernel;
 mod link;
 mod list;
+#[cfg(test)]
+mod tests;
 
 use crate::{
     Cell, Contact, ContactLaw, Rev, RevState,

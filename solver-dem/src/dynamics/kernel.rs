@@ -287,3 +287,55 @@ pub(super) fn alpha_of(sine: f64, cosine: f64) -> f64 {
         libm::atan2(sine, cosine)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn noise(k: usize) -> f64 {
+        (k as f64 * 12.9898).sin() * 43_758.547 % 1.0
+    }
+
+    /// A run must go on with the same bits on another machine.
+    #[test]
+    fn wide_vectors_give_the_same_bits_as_narrow_ones() {
+        let grains = 40;
+        let poses: Vec<Pose> = (0..grains)
+            .map(|k| {
+                let x = [noise(4 * k), noise(4 * k + 1), 0.02 * noise(4 * k + 2)];
+                [x[0], x[1], x[2], 0.4 + 0.2 * noise(4 * k + 3)]
+            })
+            .collect();
+        let mut blocks = vec![Block::empty(0); 60];
+        for (b, block) in blocks.iter_mut().enumerate() {
+            for l in 0..LANES {
+                let k = 1000 + 10 * (LANES * b + l);
+                block.i[l] = (k * 7 % grains) as u32;
+                block.j[l] = (k * 13 % grains) as u32;
+                block.image = [[0.3; LANES], [noise(k); LANES]];
+                block.branch0[0][l] = noise(k + 1);
+                block.branch0[1][l] = noise(k + 2);
+                block.inverse0[l] = 1.0 / noise(k + 1).hypot(noise(k + 2));
+                block.overlap0[l] = noise(k + 3);
+                block.tangential0[l] = noise(k + 4);
+            }
+        }
+        let law = ContactLaw {
+            normal_stiffness: 3.0,
+            tangential_stiffness: 2.0,
+            friction: 0.4,
+            cohesion: 0.1,
+        };
+        let mut narrow = blocks.clone();
+        let mut loads = vec![[0.0; 4]; grains];
+        let mut narrow_loads = loads.clone();
+        let virial = forces::<true>(&mut blocks, &poses, &law, &mut loads);
+        let narrow_virial = forces_body::<true>(&mut narrow, &poses, &law, &mut narrow_loads);
+        let bits =
+            |loads: &[Load]| -> Vec<u64> { loads.iter().flatten().map(|x| x.to_bits()).collect() };
+        assert!(loads.iter().any(|load| load[3] > 0.0));
+        assert!(loads.iter().flatten().all(|x| x.is_finite()));
+        assert_eq!(bits(&loads), bits(&narrow_loads));
+        assert_eq!(virial, narrow_virial);
+    }
+}
