@@ -62,23 +62,6 @@ impl<'a, const B: usize, const W: usize> BlockLu<'a, B, W> {
     /// Replaces the matrix by its factors; `false` when a pivot block is singular.
     #[must_use]
     pub fn factorise(&mut self) -> bool {
-        #[cfg(target_arch = "x86_64")]
-        if std::arch::is_x86_feature_detected!("avx2") {
-            // SAFETY: the processor has AVX2, which is all that the function asks for. It takes RATIO of
-            // the time (benches/solve.rs) and gives the same bits.
-            return unsafe { self.eliminate_avx2() };
-        }
-        self.eliminate_body()
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2")]
-    fn eliminate_avx2(&mut self) -> bool {
-        self.eliminate_body()
-    }
-
-    #[inline(always)]
-    fn eliminate_body(&mut self) -> bool {
         let Elimination {
             start,
             later,
