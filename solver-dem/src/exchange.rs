@@ -17,10 +17,10 @@ pub struct PackingRecord {
     /// What the numbers are measured in, for the reader.
     #[serde(default)]
     pub units: String,
-    /// First cell vector: (Lx, shear_of_cell[1]).
+    /// First cell vector: (Lx, H_21).
     #[serde(rename = "Lx")]
     pub lx: f64,
-    /// Second cell vector: (shear_of_cell[0], Ly).
+    /// Second cell vector: (H_12, Ly).
     #[serde(rename = "Ly")]
     pub ly: f64,
     /// Off-diagonal components H_12 and H_21 of the cell.

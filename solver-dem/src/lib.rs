@@ -5,7 +5,7 @@
 //!
 //! - [`respond`]: `(base, start, F) → state, stress, tangent, report`, what a Gauss point asks for;
 //! - [`drive`]: the same under mixed stress/strain control, for element tests;
-//! - [`prepare`]: a packing from its recipe and seed.
+//! - [`prepare()`]: a packing from its recipe and seed.
 //!
 //! Conventions: tension positive for stresses and strains, repulsion positive for contact forces,
 //! the columns of the cell matrix are the cell vectors, a step deforms the cell by `H ← F·H`.

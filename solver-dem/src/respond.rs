@@ -131,6 +131,10 @@ pub enum EquilibriumError {
 /// Return mapping first, from `start` or from the affine motion; when that does not settle, the
 /// path solver along a ramp from the base. A pure function: same arguments, same bits.
 ///
+/// A REV pulled apart until no grain touches another is an answer, not an error: its stress and its tangents
+/// are zero and [`Report::affine_tangent`] is set, so that the caller can tell a void from a solid. Only
+/// the path solver may find it.
+///
 /// # Errors
 /// [`EquilibriumError`] when F is no motion, the cell gets too small, or nothing settles.
 pub fn respond(
