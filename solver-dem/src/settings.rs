@@ -47,7 +47,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             tolerance: 1e-4,
-            drift_tolerance: 1e-4,
+            drift_tolerance: 1e-5,
             stress_tolerance: 1e-4,
             rebase_after: 1000,
             return_mapping_cap: 4000,
