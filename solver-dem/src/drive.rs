@@ -7,7 +7,7 @@ use crate::{
     dynamics::{Assembly, Friction},
     relax::{CellMotion, Limits, Outcome, relax},
     respond::{
-        EquilibriumError, Method, Response, answer, check, configuration, follow_path, lost_all,
+        EquilibriumError, Method, Response, answer, check, configuration, follow_path, strayed,
     },
     settings::Settings,
     tensor::{Tensor2, invert, product},
@@ -95,7 +95,7 @@ pub fn drive(
             rebase_after: settings.rebase_after,
         };
         let relaxed = relax(&mut assembly, &mut motion, &limits, settings);
-        if relaxed.outcome == Outcome::Equilibrium && !lost_all(base, &assembly) {
+        if relaxed.outcome == Outcome::Equilibrium && !strayed(base, &assembly) {
             let method = if relaxed.rebased {
                 Method::Rebased
             } else {

@@ -11,8 +11,11 @@ use crate::{
     network::{self, Linearisation, Network},
     relax::{CellMotion, Limits, Outcome, Relaxed, relax},
     settings::{Settings, Tangents},
-    tensor::{Tensor2, Tensor4, identity, invert, product, rotation_angle},
+    tensor::{Tensor2, Tensor4, apply, identity, invert, product, rotation_angle},
 };
+
+/// Largest departure from the affine motion that return mapping is trusted with, over the mean diameter.
+const STRAY: f64 = 0.25;
 
 /// A configuration near the solution, from an earlier solve from the same base: relaxation
 /// starts from there instead of from the affine motion. It changes the cost, not the problem.
@@ -155,7 +158,7 @@ pub fn respond(
         rebase_after: settings.rebase_after,
     };
     let relaxed = relax(&mut assembly, &mut motion, &limits, settings);
-    if relaxed.outcome == Outcome::Equilibrium && !lost_all(base, &assembly) {
+    if relaxed.outcome == Outcome::Equilibrium && !strayed(base, &assembly) {
         let method = if relaxed.rebased {
             Method::Rebased
         } else {
@@ -173,10 +176,23 @@ pub fn respond(
     )
 }
 
-/// Whether grains that touched no longer do. They may have flown apart after a sudden large increment,
-/// and what carries nothing is in perfect equilibrium: whether it is the answer, the slow path tells.
-pub(crate) fn lost_all(base: &Rev<2, 1>, assembly: &Assembly<'_>) -> bool {
-    !base.state.contacts.is_empty() && assembly.closed().next().is_none()
+/// Whether the grains have gone where a return mapping has no say: all contacts lost, or a grain further
+/// from its affine motion than [`STRAY`]. A sudden large increment may throw grains apart or through
+/// each other, and what results can be in perfect equilibrium: whether it is the answer, the slow path tells.
+pub(crate) fn strayed(base: &Rev<2, 1>, assembly: &Assembly<'_>) -> bool {
+    if !base.state.contacts.is_empty() && assembly.closed().next().is_none() {
+        return true;
+    }
+    let Some(back) = base.state.cell.inverse() else {
+        return true;
+    };
+    let carried = product(&assembly.cell.h, &back);
+    let limit = STRAY * base.grains.mean_diameter();
+    let positions = assembly.positions();
+    positions.iter().zip(&base.state.positions).any(|(x, old)| {
+        let affine = apply(&carried, old);
+        (x[0] - affine[0]).hypot(x[1] - affine[1]) > limit
+    })
 }
 
 /// The path solver: a slow ramp of F from `from`, at the base, to `gradient`, then relaxation.
@@ -360,7 +376,7 @@ pub(crate) fn configuration(
                 .state
                 .positions
                 .iter()
-                .map(|x| crate::tensor::apply(&from_start, x))
+                .map(|x| apply(&from_start, x))
                 .collect();
             let rotations = start
                 .rotations
@@ -374,7 +390,7 @@ pub(crate) fn configuration(
         .state
         .positions
         .iter()
-        .map(|x| crate::tensor::apply(gradient, x))
+        .map(|x| apply(gradient, x))
         .collect();
     (positions, vec![angle; n])
 }

@@ -78,3 +78,20 @@ fn a_start_of_another_packing_is_not_used() {
     let without = respond(&SMALL, None, &f, &Settings::default()).unwrap();
     assert_eq!(with, without);
 }
+
+/// Grains that changed places are in perfect equilibrium there, at seven times the stress.
+#[test]
+fn a_start_gone_astray_does_not_change_the_answer() {
+    let f = [[1.0, 0.0], [0.0, 1.0 - 1e-4]];
+    let settings = Settings::default();
+    let mut state = SMALL.state.clone();
+    state.positions.swap(0, 99);
+    let start = Start {
+        state: &state,
+        rotations: &[0.0; 100],
+    };
+    let astray = respond(&SMALL, Some(start), &f, &settings).unwrap();
+    let cold = respond(&SMALL, None, &f, &settings).unwrap();
+    let apart = distance(&astray.stress, &cold.stress);
+    assert!(apart < 1e-2, "{apart:e} with {:?}", astray.report.method);
+}
