@@ -6,9 +6,8 @@ use crate::{
     Rev,
     dynamics::{Assembly, Friction},
     relax::{CellMotion, Limits, Outcome, relax},
-    respond::{
-        EquilibriumError, Method, Response, answer, check, configuration, follow_path, strayed,
-    },
+    respond::{answer, check, configuration, follow_path, strayed},
+    response::{EquilibriumError, Method, Response},
     settings::Settings,
     tensor::{Tensor2, invert, product},
 };

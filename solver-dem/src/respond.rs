@@ -1,133 +1,19 @@
 //! What a Gauss point asks of its REV.
 
-use serde::{Deserialize, Serialize};
-use thiserror::Error;
-
 use crate::{
-    Rev, RevState,
+    Rev,
     contact::Status,
     dynamics::{Assembly, Friction},
     homogenise::asymmetry,
     network::{self, Linearisation, Network},
     relax::{CellMotion, Limits, Outcome, Relaxed, relax},
+    response::{EquilibriumError, Method, Report, Response, Start},
     settings::{Settings, Tangents},
-    tensor::{Tensor2, Tensor4, apply, identity, invert, product, rotation_angle},
+    tensor::{Tensor2, apply, identity, invert, product, rotation_angle},
 };
 
 /// Largest departure from the affine motion that return mapping is trusted with, over the mean diameter.
 const STRAY: f64 = 0.25;
-
-/// A configuration near the solution, from an earlier solve from the same base: relaxation
-/// starts from there instead of from the affine motion. It changes the cost, not the problem.
-#[derive(Clone, Copy, Debug)]
-pub struct Start<'a> {
-    /// End state of the earlier solve.
-    pub state: &'a RevState<2, 1>,
-    /// Rotations of the grains from the base to that end state, radians.
-    pub rotations: &'a [f64],
-}
-
-/// Which solver found the equilibrium.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Method {
-    /// Friction by return mapping from the base state.
-    ReturnMapping,
-    /// The same, the reference state re-based on the way because it did not settle.
-    Rebased,
-    /// Friction integrated along a slow ramp.
-    Path,
-}
-
-/// What the solve reached and what it took.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Report {
-    /// The solver that succeeded.
-    pub method: Method,
-    /// Cycles of all solvers tried.
-    pub cycles: u32,
-    /// Largest unbalanced force or moment/radius over the mean contact force.
-    pub residual: f64,
-    /// Change of the stress over the last check interval, over the mean stress.
-    pub drift: f64,
-    /// Error of the stress-controlled components over the stress scale; 0 without.
-    pub stress_error: f64,
-    /// Antisymmetric part of the Love–Weber stress over the mean stress.
-    pub asymmetry: f64,
-    /// Closed contacts.
-    pub contacts: u32,
-    /// Contacts at the friction bound over the increment.
-    pub sliding: u32,
-    /// Whether a network was too weak to linearise, so that the affine operator stands in.
-    pub affine_tangent: bool,
-}
-
-/// The answer of a REV.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Response {
-    /// The end state, ready to be the next base.
-    pub state: RevState<2, 1>,
-    /// Rotations of the grains over the increment, radians: with `state`, a [`Start`].
-    pub rotations: Vec<f64>,
-    /// F as asked for, or as found under stress control: from the base in [`respond`], total in
-    /// [`crate::drive`].
-    pub gradient: Tensor2<2>,
-    /// Cauchy stress, tension positive.
-    pub stress: Tensor2<2>,
-    /// ∂σ_ij/∂L_kl of the whole increment (statuses of the return mapping from the base).
-    pub tangent: Tensor4<2>,
-    /// ∂σ_ij/∂L_kl of the end state with all contacts sticking; the affine operator when only the
-    /// algorithmic tangent was asked for.
-    pub elastic_tangent: Tensor4<2>,
-    /// Figures.
-    pub report: Report,
-}
-
-/// Why a REV has no answer.
-#[derive(Clone, Debug, Error, PartialEq, Serialize, Deserialize)]
-pub enum EquilibriumError {
-    /// The gradient asked for is not a motion of a solid.
-    #[error(
-        "deformation gradient {gradient:?} is not finite or turns the cell inside out (det F = {determinant:e})"
-    )]
-    NotAMotion {
-        /// F as asked for.
-        gradient: Tensor2<2>,
-        /// det F.
-        determinant: f64,
-    },
-    /// The state itself is unusable.
-    #[error("invalid REV state: {0}")]
-    InvalidState(String),
-    /// Images of a grain would meet.
-    #[error(
-        "cell height {height:.4} fell below two cut-off lengths ({needed:.4}) after {cycles} cycles: the REV is too small for this deformation"
-    )]
-    CellTooSmall {
-        /// The smallest distance between opposite faces.
-        height: f64,
-        /// Two cut-off lengths.
-        needed: f64,
-        /// Cycles done.
-        cycles: u32,
-    },
-    /// Every solver ran into its cap.
-    #[error(
-        "no equilibrium within {cycles} cycles: residual {residual:.2e} (asked {tolerance:.0e}), drift {drift:.2e}, stress error {stress_error:.2e}"
-    )]
-    NotReached {
-        /// Cycles of all solvers.
-        cycles: u32,
-        /// Residual reached.
-        residual: f64,
-        /// Residual asked for.
-        tolerance: f64,
-        /// Stress drift.
-        drift: f64,
-        /// Error of the stress-controlled components.
-        stress_error: f64,
-    },
-}
 
 /// Brings `base`, deformed by `gradient` (F, dx_{n+1} = F dx_n), to equilibrium.
 ///
