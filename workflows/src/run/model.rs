@@ -90,6 +90,10 @@ fn conditions(body: &Body, mesh: &Mesh<2>) -> Vec<Condition> {
             }
             ConditionKind::Traction(values) => {
                 for (component, value) in values.into_iter().enumerate() {
+                    // Along a held component a zero is how the input says that nothing acts.
+                    if value == Amount::Constant(0.0) {
+                        continue;
+                    }
                     conditions.push(Condition::Traction {
                         boundary: on.clone(),
                         component,
