@@ -81,7 +81,12 @@ pub(crate) fn strayed(base: &Rev<2, 1>, assembly: &Assembly<'_>) -> bool {
     })
 }
 
-/// The path solver: a slow ramp of F from `from`, at the base, to `gradient`, then relaxation.
+/// How much slower the ramp of each attempt of the path solver is. What happens to a floppy
+/// network depends on the way: where one way ends in a slow creep, another often settles.
+const RAMPS: [u32; 3] = [1, 2, 10];
+
+/// The path solver: a slow ramp of F from `from`, at the base, to `gradient`, then relaxation; slower
+/// ramps where that does not settle.
 pub(crate) fn follow_path(
     base: &Rev<2, 1>,
     from: &Tensor2<2>,
@@ -90,38 +95,52 @@ pub(crate) fn follow_path(
     settings: &Settings,
     cycles_before: u32,
 ) -> Result<Response, EquilibriumError> {
-    let n = base.state.positions.len();
-    let mut assembly = Assembly::new(
-        base,
-        base.state.cell,
-        base.state.positions.clone(),
-        vec![0.0; n],
-    )
-    .ok_or_else(|| too_small(base, &base.state.cell, cycles_before))?;
     let mut strain: f64 = 0.0;
     for k in 0..2 {
         for l in 0..2 {
             strain = strain.max((gradient[k][l] - from[k][l]).abs());
         }
     }
-    // A ramp longer than the cap would never end; such increments are cut by the caller. The cap also
-    // stands in for a rate that is no number.
-    let longest = settings.path_cap.max(settings.ramp_min_cycles).max(1);
-    let cycles = (strain / settings.ramp_rate).ceil();
-    let ramp = if cycles < f64::from(longest) {
-        (cycles as u32).max(settings.ramp_min_cycles).max(1)
-    } else {
-        longest
-    };
-    let mut motion = CellMotion::new(*from, *gradient, stress, ramp, 1e-4);
     let limits = Limits {
         friction: Friction::Path,
         cap: settings.path_cap,
         rebase_after: u32::MAX,
     };
-    let mut relaxed = relax(&mut assembly, &mut motion, &limits, settings);
-    relaxed.cycles += cycles_before;
-    finish(base, &assembly, &motion, &relaxed, Method::Path, settings)
+    let mut cycles = cycles_before;
+    let mut last = None;
+    for slower in RAMPS {
+        let (cell, positions) = (base.state.cell, base.state.positions.clone());
+        let unturned = vec![0.0; positions.len()];
+        let mut assembly = Assembly::new(base, cell, positions, unturned)
+            .ok_or_else(|| too_small(base, &cell, cycles))?;
+        let ramp = ramp_cycles(strain, slower, settings);
+        let mut motion = CellMotion::new(*from, *gradient, stress, ramp, 1e-4);
+        let mut relaxed = relax(&mut assembly, &mut motion, &limits, settings);
+        cycles = cycles.saturating_add(relaxed.cycles);
+        relaxed.cycles = cycles;
+        let end = finish(base, &assembly, &motion, &relaxed, Method::Path, settings);
+        if relaxed.outcome != Outcome::Exhausted {
+            return end;
+        }
+        last = Some(end);
+    }
+    last.expect("there is at least one ramp")
+}
+
+/// Cycles of a ramp over `strain`. A ramp longer than the cap would never end; such increments are cut by
+/// the caller. The cap also stands in for a rate that is no number.
+fn ramp_cycles(strain: f64, slower: u32, settings: &Settings) -> u32 {
+    let longest = settings.path_cap.max(settings.ramp_min_cycles).max(1);
+    let cycles = (strain / settings.ramp_rate).ceil() * f64::from(slower);
+    let shortest = settings
+        .ramp_min_cycles
+        .saturating_mul(slower)
+        .clamp(1, longest);
+    if cycles < f64::from(longest) {
+        (cycles as u32).max(shortest)
+    } else {
+        longest
+    }
 }
 
 /// The answer, or why there is none.
