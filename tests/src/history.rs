@@ -1,0 +1,76 @@
+//! What a run has committed, read through the `store` crate: the verbs of the program are not asked about themselves.
+
+use std::path::Path;
+
+use serde::de::DeserializeOwned;
+use solver_fem::{Tensor2, newton::MacroState};
+use store::{Digest, FrameId, ReadOnlyStore, RunName, RunState, StepIndex, Store};
+
+/// Kind of the frame that holds the macro state of a step (`workflows/src/run/frames.rs`).
+const MACRO: u16 = 5;
+
+/// Digest of every committed step, and how the run stands.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct History {
+    /// How the run stands.
+    pub state: RunState,
+    /// The committed steps, ascending from step 0, with their digests.
+    pub steps: Vec<(u32, Digest)>,
+}
+
+/// An element test at one committed step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TestPoint {
+    /// F from the initial cell.
+    pub gradient: Tensor2<2>,
+    /// Cauchy stress, tension positive.
+    pub stress: Tensor2<2>,
+}
+
+/// The history of `run`, every byte of its packs checked; `None` where there is no such run yet.
+///
+/// # Panics
+/// Where a pack is damaged or a step is missing.
+pub fn of(store: &Path, run: &str) -> Option<History> {
+    let (store, name) = open(store, run)?;
+    let record = store.run(&name).expect("the record of a run can be read");
+    let mut steps = Vec::new();
+    for listed in store.steps(&name).expect("the steps of a run can be listed") {
+        assert!(listed.is_sound(), "{}@{}: {:?}", run, listed.index, listed.health);
+        let step = store.step(&name, listed.index).expect("a committed step can be opened");
+        step.verify().expect("a committed step is sound to the last byte");
+        steps.push((listed.index.0, step.digest()));
+    }
+    Some(History { state: record.state, steps })
+}
+
+/// The macro states of a body at every committed step, from step 0.
+pub fn bodies(store: &Path, run: &str) -> Vec<MacroState<2>> {
+    macro_states(store, run)
+}
+
+/// The element test at every committed step, from step 0.
+pub fn element_test(store: &Path, run: &str) -> Vec<TestPoint> {
+    let points: Vec<(Tensor2<2>, Tensor2<2>)> = macro_states(store, run);
+    points.into_iter().map(|(gradient, stress)| TestPoint { gradient, stress }).collect()
+}
+
+fn macro_states<T: DeserializeOwned>(store: &Path, run: &str) -> Vec<T> {
+    let (store, name) = open(store, run).expect("the run is there");
+    let last = store.run(&name).expect("its record can be read").last_step;
+    let steps = 0..=last.expect("at least the initial state is committed").0;
+    steps
+        .map(|step| {
+            let reader = store.step(&name, StepIndex(step)).expect("a committed step can be opened");
+            let bytes = reader.frame(FrameId::new(MACRO, 0)).expect("it has a macro state");
+            rmp_serde::from_slice(&bytes).expect("the macro state has this form")
+        })
+        .collect()
+}
+
+fn open(store: &Path, run: &str) -> Option<(ReadOnlyStore, RunName)> {
+    let name = RunName::new(run).expect("tests use valid names");
+    let store = Store::open_read_only(store).ok()?;
+    let names = store.run_names().expect("runs can be listed");
+    names.contains(&name).then_some((store, name))
+}

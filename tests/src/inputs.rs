@@ -1,0 +1,24 @@
+//! Small problems that take seconds.
+
+/// A biaxial test of 2 × 4 elements with a gallery of three packings, so that it is neither homogeneous nor
+/// prepared in one task: 8 element tasks (32 REVs) a wave, `steps` load steps of 5e-4 axial strain.
+pub fn biaxial(name: &str, grains: u32, steps: u32) -> String {
+    let end = -1e-3 * f64::from(steps);
+    format!(
+        "name: {name}
+mesh:
+  rectangle: {{ size: [1.0, 2.0], elements: [2, 4] }}
+materials:
+  sand: {{ rev: {{ grains: {grains}, packings: {{ gallery: 3 }}, seed: 7 }} }}
+loads: {{ shortening: 0.0 }}
+boundary:
+  - {{ on: bottom, displacement: {{ y: 0 }} }}
+  - {{ on: bottom_mid, displacement: {{ x: 0 }} }}
+  - {{ on: top, displacement: {{ y: shortening }} }}
+  - {{ on: left, pressure: 1.0 }}
+  - {{ on: right, pressure: 1.0 }}
+programme:
+  - {{ name: compression, ramp: {{ shortening: {end} }}, steps: {steps} }}
+"
+    )
+}
