@@ -32,29 +32,50 @@ pub fn femdem_flow() -> &'static Path {
 fn profile_folder() -> PathBuf {
     let this = env::current_exe().expect("the system knows what it runs");
     let folder = this.parent().expect("an executable lies in a folder");
-    let folder = if folder.ends_with("deps") { folder.parent() } else { Some(folder) };
-    folder.expect("`deps` lies in the folder of the profile").to_owned()
+    let folder = if folder.ends_with("deps") {
+        folder.parent()
+    } else {
+        Some(folder)
+    };
+    folder
+        .expect("`deps` lies in the folder of the profile")
+        .to_owned()
 }
 
 fn build(folder: &Path) {
-    let target = folder.parent().expect("the folder of a profile lies in the target folder");
+    let target = folder
+        .parent()
+        .expect("the folder of a profile lies in the target folder");
     let profile = match folder.file_name().and_then(|name| name.to_str()) {
         Some("debug") | None => "dev",
         Some(profile) => profile,
     };
     let cargo = env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let status = Command::new(cargo)
-        .args(["build", "--package", "workflows", "--bin", "femdem-flow", "--profile", profile])
+        .args([
+            "build",
+            "--package",
+            "workflows",
+            "--bin",
+            "femdem-flow",
+            "--profile",
+            profile,
+        ])
         .arg("--target-dir")
         .arg(target)
         .current_dir(crate::root())
         .status()
         .expect("cargo can be started");
-    assert!(status.success(), "cargo could not build femdem-flow: {status}");
+    assert!(
+        status.success(),
+        "cargo could not build femdem-flow: {status}"
+    );
 }
 
 fn built(program: &Path) -> Option<SystemTime> {
-    fs::metadata(program).and_then(|metadata| metadata.modified()).ok()
+    fs::metadata(program)
+        .and_then(|metadata| metadata.modified())
+        .ok()
 }
 
 /// When a source of the program was changed last.

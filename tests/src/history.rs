@@ -35,13 +35,28 @@ pub fn of(store: &Path, run: &str) -> Option<History> {
     let (store, name) = open(store, run)?;
     let record = store.run(&name).expect("the record of a run can be read");
     let mut steps = Vec::new();
-    for listed in store.steps(&name).expect("the steps of a run can be listed") {
-        assert!(listed.is_sound(), "{}@{}: {:?}", run, listed.index, listed.health);
-        let step = store.step(&name, listed.index).expect("a committed step can be opened");
-        step.verify().expect("a committed step is sound to the last byte");
+    for listed in store
+        .steps(&name)
+        .expect("the steps of a run can be listed")
+    {
+        assert!(
+            listed.is_sound(),
+            "{}@{}: {:?}",
+            run,
+            listed.index,
+            listed.health
+        );
+        let step = store
+            .step(&name, listed.index)
+            .expect("a committed step can be opened");
+        step.verify()
+            .expect("a committed step is sound to the last byte");
         steps.push((listed.index.0, step.digest()));
     }
-    Some(History { state: record.state, steps })
+    Some(History {
+        state: record.state,
+        steps,
+    })
 }
 
 /// The macro states of a body at every committed step, from step 0.
@@ -52,7 +67,10 @@ pub fn bodies(store: &Path, run: &str) -> Vec<MacroState<2>> {
 /// The element test at every committed step, from step 0.
 pub fn element_test(store: &Path, run: &str) -> Vec<TestPoint> {
     let points: Vec<(Tensor2<2>, Tensor2<2>)> = macro_states(store, run);
-    points.into_iter().map(|(gradient, stress)| TestPoint { gradient, stress }).collect()
+    points
+        .into_iter()
+        .map(|(gradient, stress)| TestPoint { gradient, stress })
+        .collect()
 }
 
 fn macro_states<T: DeserializeOwned>(store: &Path, run: &str) -> Vec<T> {
@@ -61,8 +79,12 @@ fn macro_states<T: DeserializeOwned>(store: &Path, run: &str) -> Vec<T> {
     let steps = 0..=last.expect("at least the initial state is committed").0;
     steps
         .map(|step| {
-            let reader = store.step(&name, StepIndex(step)).expect("a committed step can be opened");
-            let bytes = reader.frame(FrameId::new(MACRO, 0)).expect("it has a macro state");
+            let reader = store
+                .step(&name, StepIndex(step))
+                .expect("a committed step can be opened");
+            let bytes = reader
+                .frame(FrameId::new(MACRO, 0))
+                .expect("it has a macro state");
             rmp_serde::from_slice(&bytes).expect("the macro state has this form")
         })
         .collect()

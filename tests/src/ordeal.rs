@@ -52,7 +52,10 @@ impl Ordeal<'_> {
         if history::of(&place.store(), self.run).is_some() {
             place.start(["resume", self.run, "--threads", &threads])
         } else {
-            let input = self.input.to_str().expect("temporary folders have plain names");
+            let input = self
+                .input
+                .to_str()
+                .expect("temporary folders have plain names");
             place.start(["submit", input, "--threads", &threads])
         }
     }
@@ -79,7 +82,11 @@ impl Ordeal<'_> {
 
     /// Number of lines in the run's event log.
     pub fn events(&self, place: &Workplace) -> u64 {
-        let path = place.store().join("packs").join(self.run).join("events.jsonl");
+        let path = place
+            .store()
+            .join("packs")
+            .join(self.run)
+            .join("events.jsonl");
         let log = fs::read(path).unwrap_or_default();
         log.iter().filter(|&&byte| byte == b'\n').count() as u64
     }

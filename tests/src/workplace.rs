@@ -47,7 +47,9 @@ impl Default for Workplace {
 impl Workplace {
     /// A new, empty one.
     pub fn new() -> Self {
-        Self { dir: tempfile::tempdir().expect("the system has room for a temporary folder") }
+        Self {
+            dir: tempfile::tempdir().expect("the system has room for a temporary folder"),
+        }
     }
 
     /// Its folder.
@@ -76,12 +78,18 @@ impl Workplace {
     pub fn start<S: AsRef<OsStr>>(&self, args: impl IntoIterator<Item = S>) -> Session {
         // Files rather than pipes: nobody has to read them for the program to go on.
         let new = |what: &str| {
-            let file = tempfile::Builder::new().prefix(what).tempfile_in(self.dir());
+            let file = tempfile::Builder::new()
+                .prefix(what)
+                .tempfile_in(self.dir());
             file.and_then(|file| file.keep().map_err(Into::into))
                 .expect("a temporary folder can be written to")
         };
         let ((out, out_path), (err, err_path)) = (new("stdout-"), new("stderr-"));
-        Session { child: self.spawn(args, out, err), out: out_path, err: err_path }
+        Session {
+            child: self.spawn(args, out, err),
+            out: out_path,
+            err: err_path,
+        }
     }
 
     fn spawn<S: AsRef<OsStr>>(
@@ -112,7 +120,10 @@ impl Session {
 
     /// Whether it is still at work.
     pub fn is_alive(&mut self) -> bool {
-        self.child.try_wait().expect("a child can be asked").is_none()
+        self.child
+            .try_wait()
+            .expect("a child can be asked")
+            .is_none()
     }
 
     /// Sends it a signal; a process that has ended already does not mind.
@@ -138,9 +149,17 @@ impl Outcome {
             let _ = fs::remove_file(path);
             String::from_utf8(bytes).expect("the program writes UTF-8")
         };
-        let outcome =
-            Self { code: status.code(), signal: status.signal(), out: read(out), err: read(err) };
-        assert!(outcome.code != Some(101) && !outcome.err.contains("panicked at"), "{}", outcome.err);
+        let outcome = Self {
+            code: status.code(),
+            signal: status.signal(),
+            out: read(out),
+            err: read(err),
+        };
+        assert!(
+            outcome.code != Some(101) && !outcome.err.contains("panicked at"),
+            "{}",
+            outcome.err
+        );
         outcome
     }
 

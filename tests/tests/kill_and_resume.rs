@@ -29,18 +29,28 @@ fn calm() -> &'static Calm {
             let history = history::of(&place.store(), RUN).unwrap();
             assert_eq!(history.state, store::RunState::Completed);
             assert_eq!(history.steps.len(), 7, "step 0 and six load steps");
-            Calm { history, events: ordeal.events(&place) }
+            Calm {
+                history,
+                events: ordeal.events(&place),
+            }
         })
     })
 }
 
 fn on<T>(place: &Workplace, threads: u32, act: impl FnOnce(Ordeal<'_>) -> T) -> T {
     let input = place.write("small.yaml", &inputs::biaxial(RUN, 40, 6));
-    act(Ordeal { input: &input, run: RUN, threads })
+    act(Ordeal {
+        input: &input,
+        run: RUN,
+        threads,
+    })
 }
 
 fn assert_same_as_calm(place: &Workplace) {
-    assert_eq!(history::of(&place.store(), RUN).as_ref(), Some(&calm().history));
+    assert_eq!(
+        history::of(&place.store(), RUN).as_ref(),
+        Some(&calm().history)
+    );
 }
 
 /// Kills sessions at random instants, also the sessions that resume, until `kills` have hit; then lets it arrive.
@@ -79,7 +89,11 @@ fn killed_during_preparation_it_arrives_at_the_same_bits() {
     on(&place, 2, |ordeal| {
         // Events: session, preparing; then the packings, one by one.
         for (events, wait) in [(1, 0), (2, 30), (3, 0)] {
-            let blow = Blow { events, then: Duration::from_millis(wait), signal: Signal::KILL };
+            let blow = Blow {
+                events,
+                then: Duration::from_millis(wait),
+                signal: Signal::KILL,
+            };
             ordeal.hit(&place, blow);
         }
         ordeal.arrive(&place);
@@ -92,9 +106,17 @@ fn a_signal_stops_the_run_in_order_and_says_how_to_go_on() {
     for (signal, code) in [(Signal::INT, 130), (Signal::TERM, 143)] {
         let place = Workplace::new();
         on(&place, 2, |ordeal| {
-            let blow = Blow { events: calm().events / 3, then: Duration::from_millis(3), signal };
+            let blow = Blow {
+                events: calm().events / 3,
+                then: Duration::from_millis(3),
+                signal,
+            };
             let outcome = ordeal.hit(&place, blow).ended_with(code);
-            assert!(outcome.err.contains(&format!("femdem-flow resume {RUN}")), "{}", outcome.err);
+            assert!(
+                outcome.err.contains(&format!("femdem-flow resume {RUN}")),
+                "{}",
+                outcome.err
+            );
             let stopped = history::of(&place.store(), RUN).unwrap();
             assert_eq!(stopped.state, store::RunState::Interrupted);
             assert!(stopped.steps.len() < calm().history.steps.len());
@@ -126,9 +148,16 @@ fn a_second_process_on_the_store_is_refused_and_told_who_holds_it() {
         for second in [&["resume", RUN][..], &["submit", input, "--name", "other"]] {
             let refused = place.run(second.iter().copied()).ended_with(3);
             let pid = first.pid().to_string();
-            assert!(refused.err.contains(&pid), "it does not name {pid}: {}", refused.err);
+            assert!(
+                refused.err.contains(&pid),
+                "it does not name {pid}: {}",
+                refused.err
+            );
         }
-        assert!(first.is_alive(), "the first ended too soon: the test shows nothing");
+        assert!(
+            first.is_alive(),
+            "the first ended too soon: the test shows nothing"
+        );
         first.wait().success();
     });
     assert_same_as_calm(&place);

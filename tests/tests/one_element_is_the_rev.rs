@@ -28,7 +28,8 @@ const FIRST_STEP: f64 = 5e-6;
 const DISPLACEMENT: f64 = 1e-5;
 
 const SAND: &str = "materials: { sand: { rev: { grains: 100, seed: 1 } } }\n";
-const SOLVER: &str = "solver: { force_tolerance: 1e-6, displacement_tolerance: 1e-4, rev_tolerance: 1e-7 }\n";
+const SOLVER: &str =
+    "solver: { force_tolerance: 1e-6, displacement_tolerance: 1e-4, rev_tolerance: 1e-7 }\n";
 
 /// A path of the element test and the values of its load, step by step from 0.
 struct Path {
@@ -57,16 +58,27 @@ fn ramp(from: f64, to: f64, steps: u32) -> impl Iterator<Item = f64> {
 
 /// To −0.2 %, back by 0.05 %, and on to −0.3 %, in steps of 1e-4 to 2e-4.
 fn load_unload_reload() -> Vec<f64> {
-    ramp(0.0, -0.002, 10).chain(ramp(-0.002, -0.0015, 5)).chain(ramp(-0.0015, -0.003, 10)).collect()
+    ramp(0.0, -0.002, 10)
+        .chain(ramp(-0.002, -0.0015, 5))
+        .chain(ramp(-0.0015, -0.003, 10))
+        .collect()
 }
 
 /// One stage a step: the tractions change from step to step and are known to the last digit.
 fn programme(names: &[&str], rows: &[Vec<f64>]) -> String {
     let mut text = "programme:\n".to_owned();
     for (step, row) in rows.iter().enumerate() {
-        let values: Vec<_> = names.iter().zip(row).map(|(n, v)| format!("{n}: {v:e}")).collect();
+        let values: Vec<_> = names
+            .iter()
+            .zip(row)
+            .map(|(n, v)| format!("{n}: {v:e}"))
+            .collect();
         let values = values.join(", ");
-        writeln!(text, "  - {{ name: s{step}, ramp: {{ {values} }}, steps: 1 }}").unwrap();
+        writeln!(
+            text,
+            "  - {{ name: s{step}, ramp: {{ {values} }}, steps: 1 }}"
+        )
+        .unwrap();
     }
     text
 }
@@ -103,7 +115,9 @@ fn first_piola_kirchhoff(point: &TestPoint) -> Tensor2<2> {
 
 /// The element, driven as the element test went.
 fn element(place: &Workplace, path: &Path, curve: &[TestPoint]) -> Vec<MacroState<2>> {
-    let names = ["left", "right", "axial", "pxx", "mxx", "pxy", "mxy", "pyx", "myx", "pyy", "myy"];
+    let names = [
+        "left", "right", "axial", "pxx", "mxx", "pxy", "mxy", "pyx", "myx", "pyy", "myy",
+    ];
     let rows: Vec<Vec<f64>> = curve
         .iter()
         .map(|point| {
@@ -113,14 +127,29 @@ fn element(place: &Workplace, path: &Path, curve: &[TestPoint]) -> Vec<MacroStat
                 Driven::Both => ((1.0 - fxx) / 2.0, (fxx - 1.0) / 2.0),
                 Driven::Shear | Driven::Axial => (0.0, fxy),
             };
-            vec![left, right, fyy - 1.0, pxx, -pxx, pxy, -pxy, pyx, -pyx, pyy, -pyy]
+            vec![
+                left,
+                right,
+                fyy - 1.0,
+                pxx,
+                -pxx,
+                pxy,
+                -pxy,
+                pyx,
+                -pyx,
+                pyy,
+                -pyy,
+            ]
         })
         .collect();
     let (boundary, used) = path.boundary();
     let chosen = |row: &Vec<f64>| used.iter().map(|&k| row[k]).collect::<Vec<_>>();
     let names: Vec<_> = used.iter().map(|&k| names[k]).collect();
-    let initial: Vec<_> =
-        names.iter().zip(chosen(&rows[0])).map(|(name, value)| format!("{name}: {value:e}")).collect();
+    let initial: Vec<_> = names
+        .iter()
+        .zip(chosen(&rows[0]))
+        .map(|(name, value)| format!("{name}: {value:e}"))
+        .collect();
     let text = format!(
         "name: element\nmesh: {{ rectangle: {{ size: [1, 1], elements: [1, 1] }} }}\n{SAND}{SOLVER}\
          loads: {{ {} }}\nboundary:\n{boundary}{}",
@@ -192,7 +221,11 @@ impl Difference {
             Driven::Axial | Driven::Both => [0.5, 0.0],
             Driven::Shear => [0.0, 0.0],
         };
-        for (now, moved) in state.coordinates.chunks(2).zip(state.displacement.chunks(2)) {
+        for (now, moved) in state
+            .coordinates
+            .chunks(2)
+            .zip(state.displacement.chunks(2))
+        {
             let from = [now[0] - moved[0] - fixed[0], now[1] - moved[1] - fixed[1]];
             for (i, row) in point.gradient.iter().enumerate() {
                 let exact = row[0] * from[0] + row[1] * from[1] - from[i];
@@ -214,16 +247,44 @@ impl Difference {
 fn compare(path: &Path) {
     let place = Workplace::new();
     let curve = element_test(&place, path);
-    assert_eq!(curve.len(), path.values.len() + 1, "{}: a step was cut", path.name);
+    assert_eq!(
+        curve.len(),
+        path.values.len() + 1,
+        "{}: a step was cut",
+        path.name
+    );
     let states = element(&place, path, &curve);
-    assert_eq!(states.len(), curve.len(), "{}: a step of the element was cut", path.name);
-    let differences: Vec<_> =
-        curve.iter().zip(&states).map(|(p, s)| Difference::between(path, p, s)).collect();
-    let worst = differences.iter().copied().fold(Difference::default(), Difference::max);
-    println!("{}: after the first step {:?}, at most {worst:?}", path.name, differences[1]);
-    assert!(differences[1].stress < FIRST_STEP, "{}: {:?}", path.name, differences[1]);
+    assert_eq!(
+        states.len(),
+        curve.len(),
+        "{}: a step of the element was cut",
+        path.name
+    );
+    let differences: Vec<_> = curve
+        .iter()
+        .zip(&states)
+        .map(|(p, s)| Difference::between(path, p, s))
+        .collect();
+    let worst = differences
+        .iter()
+        .copied()
+        .fold(Difference::default(), Difference::max);
+    println!(
+        "{}: after the first step {:?}, at most {worst:?}",
+        path.name, differences[1]
+    );
+    assert!(
+        differences[1].stress < FIRST_STEP,
+        "{}: {:?}",
+        path.name,
+        differences[1]
+    );
     assert!(worst.stress < path.tolerance, "{}: {worst:?}", path.name);
-    assert!(worst.displacement < DISPLACEMENT, "{}: {worst:?}", path.name);
+    assert!(
+        worst.displacement < DISPLACEMENT,
+        "{}: {worst:?}",
+        path.name
+    );
 }
 
 #[test]
@@ -271,7 +332,10 @@ fn smooth_platens_under_lateral_pressure() {
     let place = Workplace::new();
     let programme: String = programme(
         &["axial"],
-        &load_unload_reload().into_iter().map(|value| vec![value]).collect::<Vec<_>>(),
+        &load_unload_reload()
+            .into_iter()
+            .map(|value| vec![value])
+            .collect::<Vec<_>>(),
     );
     submit(
         &place,
@@ -309,7 +373,10 @@ fn smooth_platens_under_lateral_pressure() {
         }
     }
     println!("smooth platens: axial stress, lateral stress, volume strain differ by {worst:?}");
-    assert!(worst[0] < 5e-3 && worst[1] < 1e-3 && worst[2] < 1e-5, "{worst:?}");
+    assert!(
+        worst[0] < 5e-3 && worst[1] < 1e-3 && worst[2] < 1e-5,
+        "{worst:?}"
+    );
 }
 
 /// Area of the polygon through the nodes of the one element: corners and middles of its sides, in the order of a walk
@@ -321,5 +388,9 @@ fn area(coordinates: &[f64]) -> f64 {
     let angle = |x: &[f64; 2]| (x[1] - centre[1]).atan2(x[0] - centre[0]);
     points.sort_by(|p, q| angle(p).total_cmp(&angle(q)));
     let next = points.iter().cycle().skip(1);
-    points.iter().zip(next).map(|(p, q)| (p[0] * q[1] - q[0] * p[1]) / 2.0).sum()
+    points
+        .iter()
+        .zip(next)
+        .map(|(p, q)| (p[0] * q[1] - q[0] * p[1]) / 2.0)
+        .sum()
 }

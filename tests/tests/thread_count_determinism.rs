@@ -11,7 +11,12 @@ fn one_two_and_four_threads_give_the_same_bits() {
     let histories = [1, 2, 4].map(|threads| {
         let place = Workplace::new();
         let input = place.write("small.yaml", &inputs::biaxial("small", 40, 5));
-        Ordeal { input: &input, run: "small", threads }.arrive(&place);
+        Ordeal {
+            input: &input,
+            run: "small",
+            threads,
+        }
+        .arrive(&place);
         history::of(&place.store(), "small").unwrap()
     });
     assert_eq!(histories[0].steps.len(), 6);
@@ -24,8 +29,18 @@ fn the_digest_tells_one_input_from_another() {
     let digests = [40, 41].map(|grains| {
         let place = Workplace::new();
         let input = place.write("small.yaml", &inputs::biaxial("small", grains, 1));
-        Ordeal { input: &input, run: "small", threads: 2 }.arrive(&place);
-        history::of(&place.store(), "small").unwrap().steps.last().copied().unwrap()
+        Ordeal {
+            input: &input,
+            run: "small",
+            threads: 2,
+        }
+        .arrive(&place);
+        history::of(&place.store(), "small")
+            .unwrap()
+            .steps
+            .last()
+            .copied()
+            .unwrap()
     });
     assert_ne!(digests[0], digests[1]);
 }
