@@ -4,6 +4,7 @@ use std::error::Error;
 use std::fmt;
 
 use crate::input::InputErrors;
+use crate::report::Report;
 
 /// The classes of failure, each with its exit code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,6 +33,16 @@ impl FailureKind {
         }
     }
 
+    /// The class of a computation that this signal stopped in order.
+    pub fn of_signal(signal: i32) -> Self {
+        const SIGTERM: i32 = 15;
+        if signal == SIGTERM {
+            Self::Terminated
+        } else {
+            Self::Interrupted
+        }
+    }
+
     /// One word for machines.
     pub fn word(self) -> &'static str {
         match self {
@@ -52,6 +63,7 @@ pub struct Failure {
     source: Option<Box<dyn Error + Send + Sync>>,
     input: Option<Box<InputErrors>>,
     hint: Option<String>,
+    report: Option<Box<Report>>,
 }
 
 impl Failure {
@@ -63,6 +75,7 @@ impl Failure {
             source: None,
             input: None,
             hint: None,
+            report: None,
         }
     }
 
@@ -78,6 +91,12 @@ impl Failure {
         self
     }
 
+    /// With what there is to report in spite of it; it goes to stdout.
+    pub fn with(mut self, report: Report) -> Self {
+        self.report = Some(Box::new(report));
+        self
+    }
+
     /// The class it belongs to.
     pub fn kind(&self) -> FailureKind {
         self.kind
@@ -86,6 +105,11 @@ impl Failure {
     /// What the user can do about it.
     pub fn advice(&self) -> Option<&str> {
         self.hint.as_deref()
+    }
+
+    /// What there is to report in spite of it.
+    pub fn report(&self) -> Option<&Report> {
+        self.report.as_deref()
     }
 
     /// All that is wrong with the input, where that is the reason.

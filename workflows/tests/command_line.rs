@@ -33,7 +33,7 @@ fn wrong_usage_is_explained_on_stderr_with_its_own_exit_code() {
         &["submit", "a.yaml", "--name", "my run"],
         &["resume", "a/b"],
         &["show", "hollow@-1"],
-        &["rev", "export", "hollow:e1.0", "--into", "p.json"],
+        &["rev", "export", "hollow:e1.0", "p.json"],
         &["runs", "--threads", "0"],
         &["store"],
         &[],

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 
 use super::display::Format;
-use super::verbs::{export, resume, rev, show, status, store, submit};
+use super::verbs::{completions, export, resume, rev, show, status, store, submit};
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -84,12 +84,20 @@ pub enum Verb {
     /// List the runs of the store.
     Runs,
     /// Show a run, or one load step of it.
+    ///
+    /// Works while another process computes it. `--json` has everything, step by step.
     Show(show::Args),
     /// Say where a run that another process computes has got to.
     ///
-    /// Reads the event log only, so that it works while the store is in use.
+    /// Reads files only, so that it works while the store is in use, and disturbs nobody.
     Status(status::Args),
     /// Write the results of a run for other programs: curves as CSV, fields as VTU with a PVD for ParaView.
+    ///
+    /// `curves.csv` has a row for each committed load step; its head says what the columns mean. `fields.pvd` opens the
+    /// mesh in ParaView: displacement, stress, strain and shear_strain at the nodes (smoothed); means of the elements
+    /// for the same and for void_ratio, coordination and rev_cost. `points.pvd` has the Gauss points with the values as
+    /// computed. Stress is positive in tension, strain is logarithmic and positive in extension. Works while another
+    /// process computes the run.
     Export(export::Args),
     /// Prepare, test, import and export assemblies of grains (REVs).
     #[command(subcommand)]
@@ -99,4 +107,6 @@ pub enum Verb {
     Store(store::Verb),
     /// Print the JSON Schema of the input, for editors.
     Schema,
+    /// Print the completions of the command line for a shell.
+    Completions(completions::Args),
 }

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use serde_json::json;
+use serde_json::{Map, Value, json};
 
 use crate::failure::Failure;
 use crate::report::Report;
@@ -32,6 +32,9 @@ pub fn failure(
     failure: &Failure,
     format: Format,
 ) -> io::Result<()> {
+    if let (Some(partial), Format::Text) = (failure.report(), format) {
+        report(out, partial, format)?;
+    }
     if let Some(input) = failure.input() {
         writeln!(err, "{input}")?;
     }
@@ -52,7 +55,13 @@ pub fn failure(
             "hint": failure.advice(),
             "input": failure.input(),
         });
-        writeln!(out, "{:#}", json!({ "error": error }))?;
+        // What is known of the run stands where it does after a success.
+        let mut data = match failure.report().map(|report| &report.json) {
+            Some(Value::Object(fields)) => fields.clone(),
+            _ => Map::new(),
+        };
+        data.insert("error".to_owned(), error);
+        writeln!(out, "{:#}", Value::Object(data))?;
     }
     Ok(())
 }

@@ -4,6 +4,7 @@
 
 mod args;
 mod display;
+mod panics;
 mod progress;
 mod verbs;
 
@@ -21,6 +22,7 @@ use crate::run::Context;
 
 /// Runs the command with the arguments of the process, its own name first.
 pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
+    panics::install_hook();
     let audience = if io::stderr().is_terminal() {
         Audience::Terminal
     } else {

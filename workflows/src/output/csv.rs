@@ -11,8 +11,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use super::WriteError;
-use super::file::write_whole;
+use super::{WriteError, write_text};
 
 /// What one column holds.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -76,6 +75,16 @@ impl Table {
         Ok(())
     }
 
+    /// What the columns hold.
+    pub fn columns(&self) -> &[Column] {
+        &self.columns
+    }
+
+    /// The rows, one value a column.
+    pub fn rows(&self) -> &[Vec<f64>] {
+        &self.rows
+    }
+
     /// The table as text. Numbers read back to the same bits.
     pub fn to_text(&self) -> String {
         let mut text = String::new();
@@ -118,7 +127,7 @@ impl Table {
     /// # Errors
     /// The file system's refusal; then there is no file, or still the old one.
     pub fn write(&self, path: &Path) -> Result<(), WriteError> {
-        write_whole(path, |out| out.write_all(self.to_text().as_bytes()))
+        write_text(path, &self.to_text())
     }
 }
 

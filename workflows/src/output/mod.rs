@@ -9,9 +9,17 @@ mod vtk;
 pub mod vtp;
 pub mod vtu;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use thiserror::Error;
+
+/// Writes `text` to `path`.
+///
+/// # Errors
+/// The file system's refusal; then there is no file, or still the old one.
+pub fn write_text(path: &Path, text: &str) -> Result<(), WriteError> {
+    file::write_whole(path, |out| out.write_all(text.as_bytes()))
+}
 
 /// Why a file could not be written. Reads after "failed to write the output".
 #[derive(Debug, Error)]

@@ -116,9 +116,14 @@ pub(super) fn array(
     let name = escape(name);
     // Length and content are two base-64 texts of their own.
     let (length, content) = (encode(&(bytes.len() as u64).to_le_bytes()), encode(bytes));
+    // One component is the default; written out, meshio would make a column of the array.
+    let components = match components {
+        1 => String::new(),
+        more => format!(r#" NumberOfComponents="{more}""#),
+    };
     writeln!(
         out,
-        r#"<DataArray type="{kind}" Name="{name}" NumberOfComponents="{components}" format="binary">{length}{content}</DataArray>"#
+        r#"<DataArray type="{kind}" Name="{name}"{components} format="binary">{length}{content}</DataArray>"#
     )
 }
 

@@ -15,6 +15,8 @@ pub use super::vtk::{Array, Values};
 pub enum CellKind {
     /// Eight nodes: corners counter-clockwise, then the middles of the sides 01, 12, 23, 30.
     QuadraticQuad,
+    /// A single point, so that values known at points only are drawn without a filter.
+    Vertex,
 }
 
 impl CellKind {
@@ -22,12 +24,14 @@ impl CellKind {
     pub fn node_count(self) -> usize {
         match self {
             Self::QuadraticQuad => 8,
+            Self::Vertex => 1,
         }
     }
 
     fn vtk_number(self) -> u8 {
         match self {
             Self::QuadraticQuad => 23,
+            Self::Vertex => 1,
         }
     }
 }

@@ -15,7 +15,7 @@ use super::{
     error::RunError,
     frames::{self, ANSWER, POINT},
     point::{PointAnswer, PointEnd, PointState, PointTask},
-    schedule::Place,
+    schedule::{Place, Schedule},
     work::{ElementJob, Job},
 };
 
@@ -145,15 +145,14 @@ impl Attempt {
         wave: Wave<2>,
         problem: &Problem<2>,
         committed: Committed<'_>,
-        place: Place,
-        cuts: u32,
+        schedule: &Schedule,
         policy: &TaskPolicy,
         graph: &mut GraphHandle<Job>,
     ) -> Result<(), RunError> {
         let header = WaveHeader {
             from: committed.digest,
-            place,
-            cuts,
+            place: schedule.place,
+            cuts: schedule.cuts,
             solver: self.solver.state().clone(),
         };
         let index = WaveIndex(wave.index);

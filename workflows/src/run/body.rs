@@ -152,7 +152,9 @@ impl BodySteps {
                 }
                 self.summary.cpu_s += cpu.as_secs_f64();
                 self.cost[element as usize] += cpu.as_secs_f64();
+                let begun = Instant::now();
                 attempt.take(answers)?;
+                self.summary.director_s += begun.elapsed().as_secs_f64();
                 core.progress.task_done();
             }
             Ok(_) => return Err(RunError::Engine("an element gave something else".into())),
@@ -224,8 +226,7 @@ impl BodySteps {
                     wave,
                     &self.model.problem,
                     committed,
-                    self.schedule.place,
-                    self.schedule.cuts,
+                    &self.schedule,
                     &self.policy,
                     graph,
                 )?;

@@ -1,8 +1,8 @@
 //! A session of a run: one task graph that prepares packings and then takes load step after load step.
 
-use std::{collections::BTreeMap, sync::Arc};
+use std::sync::Arc;
 
-use engine::{Director, Finished, GraphHandle, NodeId, TaskOutcome, TaskSpec};
+use engine::{Director, GraphHandle, NodeId, TaskOutcome};
 use store::{Seal, StepIndex};
 
 use super::{
@@ -13,16 +13,14 @@ use super::{
     error::RunError,
     frames::{self, DEAL, MACRO, PACKING, PROGRESS, decode},
     model::{self, Model},
-    packings::{Plan, cache_key},
+    packings::Plan,
     point::PointState,
+    preparing::Preparing,
     schedule::{Place, Schedule},
     summary::StepSummary,
-    work::{Done, Job, Packing},
+    work::{Job, Packing},
 };
-use crate::input::{
-    Problem,
-    problem::{Material, Model as InputModel},
-};
+use crate::input::{Problem, problem::Model as InputModel};
 use solver_fem::newton::MacroState;
 
 /// Directs a session.
@@ -38,19 +36,11 @@ enum Phase {
     /// Before the first node.
     Start,
     /// Packings are being made.
-    Preparing(Preparing),
+    Preparing(Preparing, Option<Model>),
     /// A body is stepped.
     Body(Box<BodySteps>),
     /// An element test is stepped.
     Test(Box<TestSteps>),
-}
-
-struct Preparing {
-    plan: Plan,
-    model: Option<Model>,
-    packings: Vec<Option<Packing>>,
-    tasks: BTreeMap<NodeId, usize>,
-    failures: Vec<String>,
 }
 
 impl<'a> Campaign<'a> {
@@ -59,7 +49,12 @@ impl<'a> Campaign<'a> {
         let solver = &problem.solver;
         let settings = model::rev_settings(solver);
         let policy = super::body::policy(settings, solver.task_retries, solver.task_time_limit);
-        Self { core, problem, policy, phase: Phase::Start }
+        Self {
+            core,
+            problem,
+            policy,
+            phase: Phase::Start,
+        }
     }
 
     /// The session's first node has come: from the last committed step, or from the preparation.
@@ -72,67 +67,38 @@ impl<'a> Campaign<'a> {
     }
 
     fn schedule(&self) -> Schedule {
-        Schedule::new(&self.problem.programme, model::step_control(&self.problem.solver))
+        Schedule::new(
+            &self.problem.programme,
+            model::step_control(&self.problem.solver),
+        )
     }
 
     fn prepare(&mut self, graph: &mut GraphHandle<Job>) -> Result<(), RunError> {
-        let (plan, model) = match &self.problem.model {
-            InputModel::Body(body) => {
-                let model = Model::new(body, self.problem.loads.len())?;
-                let materials: Vec<&Material> =
-                    model.materials.iter().map(|&k| &self.problem.materials[k]).collect();
-                let plan = Plan::of_body(&materials, model.problem.points_per_element())?;
-                (plan, Some(model))
-            }
-            InputModel::ElementTest(test) => {
-                (Plan::of_element_test(&self.problem.materials[test.material])?, None)
-            }
-        };
-        let mut preparing = Preparing {
-            packings: vec![None; plan.jobs.len()],
-            plan,
-            model,
-            tasks: BTreeMap::new(),
-            failures: Vec::new(),
-        };
-        for (number, job) in preparing.plan.jobs.iter().enumerate() {
-            let cached = self.core.store.cache_get(&cache_key(job));
-            let packing = cached.and_then(|bytes| rmp_serde::from_slice(&bytes).ok());
-            if packing.is_some() {
-                preparing.packings[number] = packing;
-                continue;
-            }
-            let spec = TaskSpec::new(format!("packing {number}"), job.clone());
-            preparing.tasks.insert(graph.add_task(spec)?, number);
-        }
-        let (needed, missing) = (preparing.packings.len(), preparing.tasks.len());
-        if missing > 0 {
-            self.core.progress.note(&format!("preparing {missing} of {needed} packings"));
+        let (plan, model) = Plan::of_problem(self.problem)?;
+        let preparing = Preparing::begin(plan, self.core.store, graph)?;
+        let (needed, cached) = (preparing.needed(), preparing.cached());
+        if cached < needed {
+            let note = format!("preparing {} of {needed} packings", needed - cached);
+            self.core.progress.note(&note);
         }
         self.core.log(
             "preparing",
-            &serde_json::json!({ "packings": needed, "cached": needed - missing }),
+            &serde_json::json!({ "packings": needed, "cached": cached }),
         );
-        graph.add_join("initial state", preparing.tasks.keys().copied().collect())?;
-        self.phase = Phase::Preparing(preparing);
+        graph.add_join("initial state", preparing.tasks())?;
+        self.phase = Phase::Preparing(preparing, model);
         Ok(())
     }
 
     /// All packings are there: commits the initial state as step 0.
     fn prepared(&mut self, graph: &mut GraphHandle<Job>) -> Result<(), RunError> {
-        let Phase::Preparing(preparing) = std::mem::replace(&mut self.phase, Phase::Start) else {
+        let Phase::Preparing(preparing, model) = std::mem::replace(&mut self.phase, Phase::Start)
+        else {
             return Ok(());
         };
-        let of = preparing.packings.len();
-        if let Some(reason) = preparing.failures.first() {
-            let failed = preparing.failures.len();
-            return Err(RunError::Preparation { failed, of, reason: reason.clone() });
-        }
-        let Some(packings) = preparing.packings.into_iter().collect::<Option<Vec<Packing>>>() else {
-            // Cancelled; those that are made are in the cache.
+        let Some((deal, packings)) = preparing.finish()? else {
             return Ok(());
         };
-        let deal = preparing.plan.deal;
         let states = deal
             .states(&packings)
             .ok_or_else(|| RunError::Engine("a point was dealt no packing".into()))?;
@@ -145,10 +111,17 @@ impl<'a> Campaign<'a> {
         extra.push(frames::content(DEAL, 0, &deal));
         extra.push(frames::content(PROGRESS, 0, &schedule.place));
         let loads = self.problem.programme.initial.clone();
-        let summary = StepSummary { loads: loads.clone(), ..StepSummary::default() };
-        let seal = |extra| Seal { final_wave: None, extra, summary: frames::encode(&summary) };
+        let summary = StepSummary {
+            loads: loads.clone(),
+            ..StepSummary::default()
+        };
+        let seal = |extra| Seal {
+            final_wave: None,
+            extra,
+            summary: frames::encode(&summary),
+        };
         let journal = self.core.store.journal(self.core.run, StepIndex(0))?;
-        match (&self.problem.model, preparing.model) {
+        match (&self.problem.model, model) {
             (InputModel::Body(_), Some(model)) => {
                 let (stress, tangents) = initial_fields(&deal, &packings, &states);
                 let state = MacroState::initial(&model.problem, &stress, &tangents, &loads)
@@ -259,21 +232,9 @@ impl Director<Job> for Campaign<'_> {
     ) -> Result<(), RunError> {
         match &mut self.phase {
             Phase::Start => Ok(()),
-            Phase::Preparing(preparing) => {
-                let Some(&number) = preparing.tasks.get(&id) else { return Ok(()) };
-                match outcome {
-                    Ok(Finished { output: Done::Packing(packing), .. }) => {
-                        let key = cache_key(&preparing.plan.jobs[number]);
-                        if let Err(error) = self.core.store.cache_put(&key, frames::encode(&packing)) {
-                            // The next run prepares it again.
-                            tracing::warn!(%error, "a packing could not be cached");
-                        }
-                        preparing.packings[number] = Some(*packing);
-                        self.core.log("packing_ready", &number);
-                    }
-                    Ok(_) => return Err(RunError::Engine("a preparation gave something else".into())),
-                    Err(failure) if matches!(failure.cause, engine::Cause::Cancelled) => {}
-                    Err(failure) => preparing.failures.push(failure.to_string()),
+            Phase::Preparing(preparing, _) => {
+                if let Some(number) = preparing.take(id, outcome, self.core.store)? {
+                    self.core.log("packing_ready", &number);
                 }
                 Ok(())
             }
@@ -285,7 +246,7 @@ impl Director<Job> for Campaign<'_> {
     fn join(&mut self, id: NodeId, graph: &mut GraphHandle<Job>) -> Result<(), RunError> {
         match &mut self.phase {
             Phase::Start => self.start(graph),
-            Phase::Preparing(_) => self.prepared(graph),
+            Phase::Preparing(..) => self.prepared(graph),
             Phase::Body(steps) => steps.join(id, &mut self.core, graph),
             Phase::Test(_) => Ok(()),
         }

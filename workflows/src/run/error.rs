@@ -31,14 +31,6 @@ pub enum RunError {
     /// The store's run was written by something else.
     #[error("read the run: {0}")]
     Manifest(String),
-    /// The run is over, so there is nothing to resume.
-    #[error("run `{run}` is complete: {steps} steps")]
-    Complete {
-        /// The run.
-        run: String,
-        /// Its last step.
-        steps: u32,
-    },
     /// A stored frame does not decode.
     #[error(transparent)]
     Decode(#[from] DecodeError),

@@ -48,23 +48,27 @@ pub fn packings(store: &impl Steps, run: &RunName) -> Result<(Vec<Packing>, Deal
     Ok((packings, deal))
 }
 
-/// The states of all Gauss points at a committed step.
+/// The states dealt to all Gauss points at step 0.
+///
+/// # Errors
+/// Step 0 cannot be read, or lacks a packing that it deals out.
+pub fn dealt(store: &impl Steps, run: &RunName) -> Result<Vec<Arc<PointState>>, RunError> {
+    let (packings, deal) = packings(store, run)?;
+    deal.states(&packings)
+        .ok_or_else(|| RunError::State("step 0 lacks a packing that it deals out".into()))
+}
+
+/// The states of all Gauss points at the step open in `reader`, from those dealt at step 0.
 ///
 /// # Errors
 /// A step that cannot be read, or whose frames do not belong to the run's packings.
-pub fn states(
-    store: &impl Steps,
-    run: &RunName,
-    step: StepIndex,
+pub fn points(
+    reader: &StepReader,
+    dealt: &[Arc<PointState>],
 ) -> Result<Vec<Arc<PointState>>, RunError> {
-    let (packings, deal) = packings(store, run)?;
-    let dealt = deal
-        .states(&packings)
-        .ok_or_else(|| RunError::State("step 0 lacks a packing that it deals out".into()))?;
-    if step.0 == 0 {
-        return Ok(dealt);
+    if reader.address().step.0 == 0 {
+        return Ok(dealt.to_vec());
     }
-    let reader = store.step(run, step)?;
     dealt
         .iter()
         .enumerate()
@@ -74,6 +78,18 @@ pub fn states(
             Ok(Arc::new(read_point(id, &bytes, dealt)?))
         })
         .collect()
+}
+
+/// The states of all Gauss points at a committed step.
+///
+/// # Errors
+/// A step that cannot be read, or whose frames do not belong to the run's packings.
+pub fn states(
+    store: &impl Steps,
+    run: &RunName,
+    step: StepIndex,
+) -> Result<Vec<Arc<PointState>>, RunError> {
+    points(&store.step(run, step)?, &dealt(store, run)?)
 }
 
 /// How many increments of the programme are done at a committed step.

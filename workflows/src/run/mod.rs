@@ -5,28 +5,42 @@ mod body;
 mod campaign;
 mod core;
 mod element_test;
+mod ended;
 mod error;
+mod events;
+mod export;
 mod frames;
+mod list;
 mod load;
 mod manifest;
 mod model;
+mod notes;
 mod open;
 mod packings;
 mod point;
+mod preparing;
+mod rev_exchange;
+mod rev_prepare;
+mod rev_test;
 mod schedule;
 mod session;
 mod show;
+mod show_step;
+mod status;
+mod store_verbs;
 mod summary;
+mod text;
+mod view;
 mod work;
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-use store::Store;
+use store::{RunState, Store};
 
-use self::open::{explain, open, open_existing, store_name};
+use self::open::{explain, no_such_run, open, open_existing, store_name};
 use crate::address::{RevAddress, RunAddress, RunName};
-use crate::failure::{Failure, FailureKind};
+use crate::failure::Failure;
 use crate::input::Problem;
 use crate::progress::Progress;
 use crate::report::Report;
@@ -47,14 +61,7 @@ pub enum CheckDepth {
     /// Files, sizes, index.
     Quick,
     /// Every byte of every pack against its digest.
-    Full,
-}
-
-fn not_available(what: &str) -> Result<Report, Failure> {
-    Err(Failure::new(
-        FailureKind::Run,
-        format!("failed to {what}: not available yet"),
-    ))
+    Deep,
 }
 
 /// Computes `problem` as a new run, named `name` or as the input wishes.
@@ -64,6 +71,9 @@ pub fn submit(
     name: Option<RunName>,
 ) -> Result<Report, Failure> {
     let name = store_name(name.as_ref().unwrap_or(&problem.name))?;
+    for note in notes::notes(&problem).map_err(|error| explain("set up the problem", error))? {
+        context.progress.note(&note);
+    }
     let store = open(context)?;
     let threads = context.threads();
     let run = session::create(&store, name, problem.clone(), threads)
@@ -71,11 +81,18 @@ pub fn submit(
     go(context, &store, &run, &problem)
 }
 
-/// Continues a run where it stopped.
+/// Continues a run where it stopped. A run that is complete is left as it is; one that failed tries its step again.
 pub fn resume(context: &Context<'_>, run: &RunName) -> Result<Report, Failure> {
     let name = store_name(run)?;
     let store = open_existing(context)?;
+    let names = store.run_names().map_err(|error| explain("list the runs", error.into()))?;
+    if !names.contains(&name) {
+        return Err(no_such_run(name.as_str(), &names));
+    }
     let record = store.run(&name).map_err(|error| explain("find the run", error.into()))?;
+    if record.state == RunState::Completed {
+        return ended::ended(context, &store, &name, &session::SessionEnd::Completed);
+    }
     let manifest = session::manifest(&record.manifest).map_err(|error| explain("resume the run", error))?;
     go(context, &store, &name, &manifest.problem)
 }
@@ -88,7 +105,7 @@ fn go(
 ) -> Result<Report, Failure> {
     let end = session::advance(store, run, problem, context.threads(), context.progress)
         .map_err(|error| explain(&format!("compute run `{run}`"), error))?;
-    show::ended(context, store, run, &end)
+    ended::ended(context, store, run, &end)
 }
 
 impl Context<'_> {
@@ -101,68 +118,64 @@ impl Context<'_> {
 }
 
 /// Lists the runs of the store.
-pub fn runs(_context: &Context<'_>) -> Result<Report, Failure> {
-    not_available("list the runs")
+pub fn runs(context: &Context<'_>) -> Result<Report, Failure> {
+    list::runs(context)
 }
 
 /// Reports on a run, or on one of its steps.
-pub fn show(_context: &Context<'_>, _address: &RunAddress) -> Result<Report, Failure> {
-    not_available("show the run")
+pub fn show(context: &Context<'_>, address: &RunAddress) -> Result<Report, Failure> {
+    show::show(context, address)
 }
 
 /// Reports where a running run is, or all of them, without opening the database.
-pub fn status(_context: &Context<'_>, _run: Option<&RunName>) -> Result<Report, Failure> {
-    not_available("report the status")
+pub fn status(context: &Context<'_>, run: Option<&RunName>) -> Result<Report, Failure> {
+    status::status(context, run)
 }
 
 /// Writes the outputs of a run into the folder `into`, by default one named after the run.
 pub fn export(
-    _context: &Context<'_>,
-    _run: &RunName,
-    _into: Option<&Path>,
+    context: &Context<'_>,
+    run: &RunName,
+    into: Option<&Path>,
 ) -> Result<Report, Failure> {
-    not_available("export the run")
+    export::export(context, run, into)
 }
 
 /// Prepares the packings of the materials of `problem` into the store, or those of `material` only.
 pub fn rev_prepare(
-    _context: &Context<'_>,
-    _problem: &Problem,
-    _material: Option<&str>,
+    context: &Context<'_>,
+    problem: &Problem,
+    material: Option<&str>,
 ) -> Result<Report, Failure> {
-    not_available("prepare the packings")
+    rev_prepare::prepare(context, problem, material)
 }
 
 /// Runs the element test of `problem` and reports its curve, without a run in the store.
-pub fn rev_test(_context: &Context<'_>, _problem: &Problem) -> Result<Report, Failure> {
-    not_available("run the element test")
+pub fn rev_test(context: &Context<'_>, problem: &Problem) -> Result<Report, Failure> {
+    rev_test::test(context, problem)
 }
 
 /// Reads a packing of another program, brings it to equilibrium and reports its quality.
-pub fn rev_import(_context: &Context<'_>, _packing: &Path) -> Result<Report, Failure> {
-    not_available("import the packing")
+pub fn rev_import(_context: &Context<'_>, packing: &Path) -> Result<Report, Failure> {
+    rev_exchange::import(packing)
 }
 
 /// Writes the packing of one REV of a committed step to the file `into`.
-pub fn rev_export(
-    _context: &Context<'_>,
-    _rev: &RevAddress,
-    _into: &Path,
-) -> Result<Report, Failure> {
-    not_available("export the packing")
+pub fn rev_export(context: &Context<'_>, rev: &RevAddress, into: &Path) -> Result<Report, Failure> {
+    rev_exchange::export(context, rev, into)
 }
 
 /// Reports on the store.
-pub fn store_info(_context: &Context<'_>) -> Result<Report, Failure> {
-    not_available("describe the store")
+pub fn store_info(context: &Context<'_>) -> Result<Report, Failure> {
+    store_verbs::info(context)
 }
 
 /// Checks the store.
-pub fn store_check(_context: &Context<'_>, _depth: CheckDepth) -> Result<Report, Failure> {
-    not_available("check the store")
+pub fn store_check(context: &Context<'_>, depth: CheckDepth) -> Result<Report, Failure> {
+    store_verbs::check(context, depth)
 }
 
 /// Builds the database of the store anew from its packs.
-pub fn store_rebuild(_context: &Context<'_>) -> Result<Report, Failure> {
-    not_available("rebuild the store")
+pub fn store_rebuild(context: &Context<'_>) -> Result<Report, Failure> {
+    store_verbs::rebuild(context)
 }

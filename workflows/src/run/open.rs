@@ -2,7 +2,7 @@
 
 use store::{OpenError, Store};
 
-use super::{Context, error::RunError};
+use super::{Context, error::RunError, list};
 use crate::{
     address::RunName,
     failure::{Failure, FailureKind},
@@ -12,7 +12,12 @@ use crate::{
 pub fn open(context: &Context<'_>) -> Result<Store, Failure> {
     let store = Store::open(&context.store).map_err(|error| refused(context, error))?;
     for finding in store.opening_report() {
-        context.progress.note(&format!("store: {}: {} ({})", finding.path.display(), finding.what, finding.remedy));
+        context.progress.note(&format!(
+            "store: {}: {} ({})",
+            finding.path.display(),
+            finding.what,
+            finding.remedy
+        ));
     }
     Ok(store)
 }
@@ -42,9 +47,7 @@ pub fn refused(context: &Context<'_>, error: OpenError) -> Failure {
 /// A failure of a run, with the exit code of its kind.
 pub fn explain(what: &str, error: RunError) -> Failure {
     let kind = match &error {
-        RunError::Model(_) | RunError::Packing { .. } | RunError::Complete { .. } => {
-            FailureKind::Usage
-        }
+        RunError::Model(_) | RunError::Packing { .. } => FailureKind::Usage,
         RunError::Preparation { .. } | RunError::Engine(_) | RunError::State(_) => FailureKind::Run,
         RunError::Manifest(_)
         | RunError::Decode(_)
@@ -73,9 +76,22 @@ pub fn explain(what: &str, error: RunError) -> Failure {
     }
 }
 
+/// The refusal of a run that is not there; the hint names those that are.
+pub fn no_such_run(name: &str, existing: &[store::RunName]) -> Failure {
+    let hint = match existing {
+        [] => "the store has no runs; `femdem-flow submit FILE` computes one".to_owned(),
+        runs => format!("the store has {}", list::names(runs)),
+    };
+    Failure::new(FailureKind::Usage, format!("failed to find run `{name}`")).hint(hint)
+}
+
 /// The store's form of a run name.
 pub fn store_name(name: &RunName) -> Result<store::RunName, Failure> {
     store::RunName::new(name.as_str()).map_err(|error| {
-        Failure::new(FailureKind::Usage, format!("failed to use the run name `{name}`")).because(error)
+        Failure::new(
+            FailureKind::Usage,
+            format!("failed to use the run name `{name}`"),
+        )
+        .because(error)
     })
 }

@@ -9,12 +9,13 @@ use store::Digest;
 use super::{
     error::RunError,
     frames::{Deal, Dealt, encode},
+    model::Model,
     point::PointState,
     work::Job,
 };
 use crate::input::{
-    Packings,
-    problem::{Law, Material, Origin, Rev},
+    Packings, Problem,
+    problem::{Law, Material, Model as InputModel, Origin, Rev},
 };
 
 /// Changes whenever the same recipe would give other bits, so that an old cache is not taken for new.
@@ -24,6 +25,8 @@ const PREPARATION: &str = "preparation 1";
 pub struct Plan {
     /// One job a packing.
     pub jobs: Vec<Job>,
+    /// Whose packing each job makes: the material, and its number among the packings of the material.
+    pub names: Vec<(String, u64)>,
     /// Which packing each Gauss point gets.
     pub deal: Deal,
 }
@@ -44,7 +47,9 @@ impl Plan {
                         let point = (element * per_element + local) as u64;
                         let number = match rev.packings {
                             Packings::Shared => 0,
-                            Packings::Gallery(size) => draw(rev.seed, point) % u64::from(size.max(1)),
+                            Packings::Gallery(size) => {
+                                draw(rev.seed, point) % u64::from(size.max(1))
+                            }
                             Packings::OnePerElement => element as u64,
                             Packings::OnePerGaussPoint => point,
                         };
@@ -53,7 +58,11 @@ impl Plan {
                 });
             }
         }
-        Ok(Self { jobs: planner.jobs, deal: Deal { points } })
+        Ok(Self {
+            jobs: planner.jobs,
+            names: planner.names,
+            deal: Deal { points },
+        })
     }
 
     /// The plan of an element test. A packing from a file is taken as it is, so that other codes'
@@ -70,7 +79,52 @@ impl Plan {
         };
         let mut planner = Planner::default();
         let packing = planner.packing(material, rev, 0, false)?;
-        Ok(Self { jobs: planner.jobs, deal: Deal { points: vec![Dealt::Packing(packing)] } })
+        let deal = Deal {
+            points: vec![Dealt::Packing(packing)],
+        };
+        Ok(Self {
+            jobs: planner.jobs,
+            names: planner.names,
+            deal,
+        })
+    }
+}
+
+impl Plan {
+    /// The plan of all that `problem` needs, and the model of its body.
+    ///
+    /// # Errors
+    /// What the mesh, the conditions or the packings refuse.
+    pub fn of_problem(problem: &Problem) -> Result<(Self, Option<Model>), RunError> {
+        match &problem.model {
+            InputModel::Body(body) => {
+                let model = Model::new(body, problem.loads.len())?;
+                let materials: Vec<&Material> = model
+                    .materials
+                    .iter()
+                    .map(|&k| &problem.materials[k])
+                    .collect();
+                let plan = Self::of_body(&materials, model.problem.points_per_element())?;
+                Ok((plan, Some(model)))
+            }
+            InputModel::ElementTest(test) => Ok((
+                Self::of_element_test(&problem.materials[test.material])?,
+                None,
+            )),
+        }
+    }
+
+    /// Leaves out what the material `name` does not need. The points are dealt nothing any more.
+    pub fn keep_only(&mut self, name: &str) {
+        let kept: Vec<bool> = self
+            .names
+            .iter()
+            .map(|(material, _)| material == name)
+            .collect();
+        let mut keep = kept.iter();
+        self.jobs.retain(|_| keep.next().is_some_and(|keep| *keep));
+        self.names.retain(|(material, _)| material == name);
+        self.deal.points.clear();
     }
 }
 
@@ -84,6 +138,7 @@ pub fn cache_key(job: &Job) -> Digest {
 #[derive(Default)]
 struct Planner {
     jobs: Vec<Job>,
+    names: Vec<(String, u64)>,
     /// Material name and number of the packing within the material → number of the job.
     known: BTreeMap<(String, u64), u32>,
 }
@@ -101,7 +156,11 @@ impl Planner {
             return Ok(job);
         }
         let job = match &rev.origin {
-            Origin::Prepared { grains, size_ratio, friction } => Job::Prepare(Recipe {
+            Origin::Prepared {
+                grains,
+                size_ratio,
+                friction,
+            } => Job::Prepare(Recipe {
                 grains: *grains,
                 size_ratio: *size_ratio,
                 confining_stress: rev.confining_stress,
@@ -110,16 +169,24 @@ impl Planner {
                 friction: rev.friction,
                 preparation_friction: *friction,
                 cohesion_ratio: rev.cohesion_ratio,
-                seed: if number == 0 { rev.seed } else { draw(rev.seed, number) },
+                seed: if number == 0 {
+                    rev.seed
+                } else {
+                    draw(rev.seed, number)
+                },
             }),
             Origin::Imported(path) => {
                 let mut packing = read_packing(path)?;
                 packing.law = law(rev, &packing);
-                Job::Adopt { rev: packing, pressure: settle.then_some(rev.confining_stress) }
+                Job::Adopt {
+                    rev: packing,
+                    pressure: settle.then_some(rev.confining_stress),
+                }
             }
         };
         let index = self.jobs.len() as u32;
         self.jobs.push(job);
+        self.names.push(key.clone());
         self.known.insert(key, index);
         Ok(index)
     }
@@ -141,18 +208,33 @@ fn law(rev: &Rev, packing: &super::point::PlaneRev) -> solver_dem::ContactLaw {
 /// # Errors
 /// A file that cannot be read, is no JSON, or no packing.
 pub fn read_packing(path: &str) -> Result<super::point::PlaneRev, RunError> {
-    let failed = |reason: String| RunError::Packing { path: path.to_owned(), reason };
+    read_record(path).map(|(_, rev)| rev)
+}
+
+/// Reads a packing file, and what it says beside the packing.
+///
+/// # Errors
+/// As [`read_packing`].
+pub fn read_record(path: &str) -> Result<(PackingRecord, super::point::PlaneRev), RunError> {
+    let failed = |reason: String| RunError::Packing {
+        path: path.to_owned(),
+        reason,
+    };
     let text = std::fs::read_to_string(path).map_err(|error| failed(error.to_string()))?;
     let record: PackingRecord =
         serde_json::from_str(&text).map_err(|error| failed(error.to_string()))?;
-    record.to_rev().map_err(|error| failed(error.to_string()))
+    let rev = record.to_rev().map_err(|error| failed(error.to_string()))?;
+    Ok((record, rev))
 }
 
 fn elastic_point(elastic: &crate::input::problem::Elastic) -> Result<PointState, RunError> {
     let law = Elastic::new(elastic.young, elastic.poisson)
         .map_err(|error| RunError::Model(error.to_string()))?;
     let p = elastic.initial_stress;
-    Ok(PointState::Elastic { law, stress: [[p, 0.0], [0.0, p]] })
+    Ok(PointState::Elastic {
+        law,
+        stress: [[p, 0.0], [0.0, p]],
+    })
 }
 
 /// A number that depends on the seed and the place alone (SplitMix64, Steele, Lea, Flood 2014).

@@ -9,10 +9,16 @@ use std::{
     time::{SystemTime, UNIX_EPOCH},
 };
 
-use engine::{CancelToken, Graph, LocalPool, OnFailure, RunEnd, RunOptions};
+use engine::{CancelToken, Director, Graph, LocalPool, OnFailure, RunEnd, RunOptions};
 use store::{NewRun, RunName, RunState, Store};
 
-use super::{campaign::Campaign, core::{Core, Ending}, error::RunError, manifest::Manifest};
+use super::{
+    campaign::Campaign,
+    core::{Core, Ending},
+    error::RunError,
+    manifest::Manifest,
+    work::Job,
+};
 use crate::{input::Problem, progress::Progress};
 
 /// How a session ended.
@@ -30,10 +36,22 @@ pub enum SessionEnd {
 ///
 /// # Errors
 /// The store refuses.
-pub fn create(store: &Store, name: RunName, problem: Problem, threads: NonZeroUsize) -> Result<RunName, RunError> {
+pub fn create(
+    store: &Store,
+    name: RunName,
+    problem: Problem,
+    threads: NonZeroUsize,
+) -> Result<RunName, RunError> {
     let manifest = Manifest::new(problem, threads.get());
-    let created = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs());
-    let run = NewRun { name, created, parent: None, manifest: manifest.to_bytes() };
+    let created = SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .map_or(0, |d| d.as_secs());
+    let run = NewRun {
+        name,
+        created,
+        parent: None,
+        manifest: manifest.to_bytes(),
+    };
     Ok(store.create_run(run)?.name)
 }
 
@@ -76,9 +94,11 @@ pub fn advance(
     let result = drive(&mut campaign, threads);
     progress.finished();
     let (state, note, end) = match result {
-        Ok(SessionEnd::Completed) => {
-            (RunState::Completed, "the programme is at its end".to_owned(), Ok(SessionEnd::Completed))
-        }
+        Ok(SessionEnd::Completed) => (
+            RunState::Completed,
+            "the programme is at its end".to_owned(),
+            Ok(SessionEnd::Completed),
+        ),
         Ok(SessionEnd::Failed(why)) => (RunState::Failed, why.clone(), Ok(SessionEnd::Failed(why))),
         Ok(SessionEnd::Interrupted(signal)) => (
             RunState::Interrupted,
@@ -87,13 +107,45 @@ pub fn advance(
         ),
         Err(error) => (RunState::Interrupted, error.to_string(), Err(error)),
     };
-    campaign.core.log("ended", &serde_json::json!({ "state": format!("{state:?}"), "note": note }));
+    campaign.core.log(
+        "ended",
+        &serde_json::json!({ "state": format!("{state:?}"), "note": note }),
+    );
     store.set_run_state(run, state, &note)?;
     end
 }
 
-/// Runs the graph of a session, listening to signals: the first stops it in order, the second at once.
+/// Runs the graph of a session and says how that ended.
 fn drive(campaign: &mut Campaign<'_>, threads: NonZeroUsize) -> Result<SessionEnd, RunError> {
+    match conduct(campaign, threads)? {
+        Conducted::Stopped(signal) => Ok(SessionEnd::Interrupted(signal)),
+        Conducted::Whole => match campaign.ending() {
+            Some(Ending::Completed) => Ok(SessionEnd::Completed),
+            Some(Ending::Failed(why)) => Ok(SessionEnd::Failed(why.clone())),
+            None => Err(RunError::Engine(
+                "the graph ended before the programme".into(),
+            )),
+        },
+    }
+}
+
+/// How a graph ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Conducted {
+    /// Nothing was left to do.
+    Whole,
+    /// This signal stopped it in order.
+    Stopped(i32),
+}
+
+/// Runs a graph from its first join on, listening to signals: the first stops it in order, the second at once.
+///
+/// # Errors
+/// The director's, or the engine's.
+pub fn conduct<D: Director<Job, Error = RunError>>(
+    director: &mut D,
+    threads: NonZeroUsize,
+) -> Result<Conducted, RunError> {
     let engine_failed = |error: &dyn std::fmt::Display| RunError::Engine(error.to_string());
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(2)
@@ -112,7 +164,7 @@ fn drive(campaign: &mut Campaign<'_>, threads: NonZeroUsize) -> Result<SessionEn
     };
     let summary = runtime.block_on(async {
         let listener = tokio::spawn(listen(cancel, Arc::clone(&signal)));
-        let summary = engine::run(graph, campaign, pool, options).await;
+        let summary = engine::run(graph, director, pool, options).await;
         listener.abort();
         summary
     });
@@ -120,13 +172,9 @@ fn drive(campaign: &mut Campaign<'_>, threads: NonZeroUsize) -> Result<SessionEn
     runtime.shutdown_background();
     match summary {
         Ok(summary) if summary.end == RunEnd::Cancelled => {
-            Ok(SessionEnd::Interrupted(signal.load(Ordering::SeqCst)))
+            Ok(Conducted::Stopped(signal.load(Ordering::SeqCst)))
         }
-        Ok(_) => match campaign.ending() {
-            Some(Ending::Completed) => Ok(SessionEnd::Completed),
-            Some(Ending::Failed(why)) => Ok(SessionEnd::Failed(why.clone())),
-            None => Err(RunError::Engine("the graph ended before the programme".into())),
-        },
+        Ok(_) => Ok(Conducted::Whole),
         Err(engine::RunError::Director(error)) => Err(error),
         Err(error) => Err(engine_failed(&error)),
     }
@@ -135,10 +183,13 @@ fn drive(campaign: &mut Campaign<'_>, threads: NonZeroUsize) -> Result<SessionEn
 /// Waits for SIGINT and SIGTERM.
 async fn listen(cancel: CancelToken, received: Arc<AtomicI32>) {
     use tokio::signal::unix::{SignalKind, signal};
-    let (Ok(mut interrupt), Ok(mut terminate)) =
-        (signal(SignalKind::interrupt()), signal(SignalKind::terminate()))
-    else {
-        tracing::warn!("signals cannot be listened to; stopping the process loses the running wave");
+    let (Ok(mut interrupt), Ok(mut terminate)) = (
+        signal(SignalKind::interrupt()),
+        signal(SignalKind::terminate()),
+    ) else {
+        tracing::warn!(
+            "signals cannot be listened to; stopping the process loses the running wave"
+        );
         return;
     };
     for level in 0.. {

@@ -1,51 +1,409 @@
-//! What a run has come to, in words and for machines.
+//! A run and its steps, in words and for machines.
 
-use serde_json::json;
-use store::{RunName, Store};
+use serde::Serialize;
+use serde_json::{Value, json};
 
-use super::{Context, error::RunError, open::explain, session::SessionEnd, summary::StepSummary};
+use super::{
+    Context,
+    error::RunError,
+    list, load,
+    open::explain,
+    show_step,
+    summary::RevFigures,
+    text::{self, Align, Table},
+    view::{RunView, Standing, StepView, View},
+    work::Packing,
+};
 use crate::{
-    failure::{Failure, FailureKind},
+    address::RunAddress,
+    failure::Failure,
+    input::{
+        self, Problem,
+        problem::{Law, Material, Model, Origin, Rev},
+    },
     report::Report,
 };
 
-/// The end of a session: what was computed, where it is, what to type next.
-pub fn ended(
-    context: &Context<'_>,
-    store: &Store,
-    run: &RunName,
-    end: &SessionEnd,
-) -> Result<Report, Failure> {
-    let steps = store.steps(run).map_err(|error| explain("read the run", error.into()))?;
-    let last = steps.last();
-    let step = last.map_or(0, |step| step.index.0);
-    let digest = last.and_then(|step| step.digest).map(|digest| digest.to_string());
-    let summaries: Vec<StepSummary> =
-        steps.iter().filter_map(|step| rmp_serde::from_slice(&step.summary).ok()).collect();
-    let cpu: f64 = summaries.iter().map(|s| s.cpu_s + s.director_s).sum();
-    let place = context.store.display();
-    let next = format!(
-        "Next:  femdem-flow show {run}      what was computed, step by step\n       femdem-flow export {run}    curves (CSV) and fields (VTU, PVD) for ParaView"
-    );
-    match end {
-        SessionEnd::Completed => {
-            let text = format!(
-                "Run `{run}` is complete: {step} load steps, {cpu:.0} CPU s, in {place}.\n{next}"
-            );
-            Ok(Report::new(text, &json!({ "name": run.as_str(), "state": "completed", "steps": step, "digest": digest, "cpu_s": cpu })))
-        }
-        SessionEnd::Failed(why) => Err(Failure::new(
-            FailureKind::Run,
-            format!("run `{run}` ended at load step {step}, which is committed"),
-        )
-        .because(RunError::Model(why.clone()))
-        .hint(format!(
-            "`femdem-flow show {run}` and `femdem-flow export {run}` show what was reached"
-        ))),
-        SessionEnd::Interrupted(signal) => {
-            let kind = if *signal == 15 { FailureKind::Terminated } else { FailureKind::Interrupted };
-            Err(Failure::new(kind, format!("run `{run}` was stopped after load step {step}"))
-                .hint(format!("`femdem-flow resume {run}` goes on from there, inside the step that was running")))
+/// Shows what `address` means: a run, or one of its steps.
+pub fn show(context: &Context<'_>, address: &RunAddress) -> Result<Report, Failure> {
+    let view = View::open(context)?;
+    let run = view.run(&address.run)?;
+    match address.step {
+        None => Ok(whole(context, &view, &run)),
+        Some(selector) => {
+            let step = run.step(selector)?;
+            show_step::report(&view, &run, step).map_err(|error| {
+                explain(&format!("read {}@{}", run.name(), step.record.index), error)
+            })
         }
     }
+}
+
+/// One step as `--json` lists it.
+#[derive(Serialize)]
+pub struct StepLine {
+    step: u32,
+    increment: u64,
+    stage: String,
+    position: f64,
+    loads: Vec<f64>,
+    iterations: usize,
+    residual: f64,
+    residuals: Vec<f64>,
+    loosely_accepted: bool,
+    cuts: u32,
+    revs: RevFigures,
+    cpu_s: f64,
+    director_s: f64,
+    wall_s: f64,
+    digest: Option<String>,
+    bytes: u64,
+    damage: Option<String>,
+}
+
+impl StepLine {
+    /// The figures of a step.
+    pub fn new(step: &StepView) -> Self {
+        let (record, summary) = (&step.record, &step.summary);
+        Self {
+            step: record.index.0,
+            increment: summary.increment,
+            stage: summary.stage.clone(),
+            position: summary.position,
+            loads: summary.loads.clone(),
+            iterations: summary.sweeps.len(),
+            residual: summary.residual,
+            residuals: summary.sweeps.iter().map(|sweep| sweep.residual).collect(),
+            loosely_accepted: summary.loosely_accepted,
+            cuts: summary.cuts,
+            revs: summary.revs,
+            cpu_s: step.cpu_s(),
+            director_s: summary.director_s,
+            wall_s: summary.wall_s,
+            digest: record.digest.map(|digest| digest.to_string()),
+            bytes: record.bytes,
+            damage: damage(step),
+        }
+    }
+}
+
+/// What is wrong with a step.
+pub fn damage(step: &StepView) -> Option<String> {
+    match &step.record.health {
+        store::StepHealth::Sound => None,
+        store::StepHealth::Damaged(what) => Some(what.clone()),
+        store::StepHealth::Missing => Some("its pack is gone".to_owned()),
+    }
+}
+
+fn whole(context: &Context<'_>, view: &View, run: &RunView) -> Report {
+    let packings = load::packings(&view.store, run.name()).map(|(packings, _)| packings);
+    let data = data(run, packings.as_ref().ok());
+    let mut out = heading(context, run);
+    out.push_str(&facts(run, &packings));
+    out.push('\n');
+    out.push_str(&steps(run));
+    out.push_str(&costs(run));
+    Report::new(out, &data)
+}
+
+fn data(run: &RunView, packings: Option<&Vec<Packing>>) -> Value {
+    let problem = &run.manifest.problem;
+    let (done, of) = run.increments();
+    let lines: Vec<StepLine> = run.steps.iter().map(StepLine::new).collect();
+    let prepared: Vec<_> = packings
+        .into_iter()
+        .flatten()
+        .map(describe_packing)
+        .collect();
+    json!({
+        "name": run.name().as_str(),
+        "state": run.standing.word(),
+        "killed": run.standing == Standing::Killed,
+        "note": run.record.note,
+        "parent": run.record.parent.as_ref().map(ToString::to_string),
+        "created": run.record.created,
+        "steps": run.last_index(),
+        "done": done,
+        "of": of,
+        "digest": run.digest(),
+        "cpu_s": run.cpu_s(),
+        "wall_s": run.steps.iter().map(|step| step.summary.wall_s).sum::<f64>(),
+        "bytes": run.bytes(),
+        "version": run.manifest.version,
+        "threads": run.manifest.threads,
+        "cpu": run.manifest.cpu,
+        "elements": elements(problem),
+        "gauss_points": elements(problem).map(|count| count * POINTS_PER_ELEMENT),
+        "loads": problem.loads,
+        "packings": prepared,
+        "per_step": lines,
+    })
+}
+
+fn describe_packing(packing: &Packing) -> Value {
+    json!({
+        "grains": packing.rev.grains.radii.len(),
+        "void_ratio": packing.rev.void_ratio(),
+        "coordination": packing.rev.coordination(),
+        "rattlers": packing.rev.rattlers(),
+        "stress": packing.stress,
+        "quality": packing.quality,
+    })
+}
+
+/// Every element has 2×2 Gauss points.
+pub const POINTS_PER_ELEMENT: u64 = 4;
+
+fn elements(problem: &Problem) -> Option<u64> {
+    match &problem.model {
+        Model::Body(body) => Some(body.mesh.element_count()),
+        Model::ElementTest(_) => None,
+    }
+}
+
+fn heading(context: &Context<'_>, run: &RunView) -> String {
+    let (done, of) = run.increments();
+    let mut text = format!(
+        "Run `{}`: {}, {} load steps, {} of {of} increments, {} of CPU time, {} in {}\n",
+        run.name(),
+        run.standing.phrase(),
+        run.last_index(),
+        list::increments(done),
+        text::duration(run.cpu_s()),
+        text::bytes(run.bytes()),
+        context.store.display(),
+    );
+    // A complete run's note says what its state does.
+    if !run.record.note.is_empty() && run.standing != Standing::Completed {
+        text.push_str(&format!("  {}\n", run.record.note));
+    }
+    if let Some(digest) = run.digest() {
+        text.push_str(&format!("  digest     {digest}\n"));
+    }
+    text
+}
+
+/// What the input says, and what it became.
+fn facts(run: &RunView, packings: &Result<Vec<Packing>, RunError>) -> String {
+    let (manifest, problem) = (&run.manifest, &run.manifest.problem);
+    let mut text = format!(
+        "  created    {} UTC, femdem-flow {}, {} threads, {}\n",
+        text::utc(run.record.created),
+        manifest.version,
+        manifest.threads,
+        manifest.cpu.join(" "),
+    );
+    match &problem.model {
+        Model::Body(body) => {
+            let count = body.mesh.element_count();
+            text.push_str(&format!(
+                "  body       {}: {count} Q8 elements, {} Gauss points\n",
+                shape(&body.mesh),
+                count * POINTS_PER_ELEMENT
+            ));
+        }
+        Model::ElementTest(test) => {
+            let material = problem
+                .materials
+                .get(test.material)
+                .map_or("?", |m| m.name.as_str());
+            text.push_str(&format!("  test       one REV of `{material}`\n"));
+        }
+    }
+    for material in &problem.materials {
+        text.push_str(&format!("  material   {}\n", describe_material(material)));
+    }
+    match packings {
+        Ok(packings) => {
+            for (number, packing) in packings.iter().take(MOST_PACKINGS).enumerate() {
+                let residual = packing.quality.map_or(String::new(), |quality| {
+                    format!(", residual {:.1e}", quality.residual)
+                });
+                text.push_str(&format!(
+                    "  packing {number:<2} {} grains, void ratio {:.4}, coordination {:.2}, {} rattlers{residual}\n",
+                    packing.rev.grains.radii.len(),
+                    packing.rev.void_ratio(),
+                    packing.rev.coordination(),
+                    packing.rev.rattlers(),
+                ));
+            }
+            if packings.len() > MOST_PACKINGS {
+                text.push_str(&format!(
+                    "             … {} packings in all\n",
+                    packings.len()
+                ));
+            }
+        }
+        // A run that was stopped while it prepared has none yet.
+        Err(_) if run.steps.is_empty() => {}
+        Err(error) => text.push_str(&format!("  packings   cannot be read: failed to {error}\n")),
+    }
+    let stages: Vec<String> = problem
+        .programme
+        .stages
+        .iter()
+        .map(|stage| format!("{} ({})", stage.name, stage.len()))
+        .collect();
+    text.push_str(&format!("  programme  {}\n", stages.join(", ")));
+    text
+}
+
+/// The most packings that are listed for people.
+const MOST_PACKINGS: usize = 4;
+
+fn shape(mesh: &input::Mesh) -> String {
+    match mesh {
+        input::Mesh::Rectangle(r) => format!("rectangle {} × {}", r.size[0], r.size[1]),
+        input::Mesh::Annulus(a) => {
+            let part = format!("{:?}", a.sector).to_lowercase();
+            format!(
+                "{part} annulus, radii {} and {}",
+                a.inner_radius, a.outer_radius
+            )
+        }
+    }
+}
+
+fn describe_material(material: &Material) -> String {
+    let law = match &material.law {
+        Law::Rev(rev) => describe_rev(rev),
+        Law::Elastic(e) => format!(
+            "elastic, E = {}, ν = {}, initial stress {}",
+            e.young, e.poisson, e.initial_stress
+        ),
+    };
+    format!("{}: {law}", material.name)
+}
+
+fn describe_rev(rev: &Rev) -> String {
+    let origin = match &rev.origin {
+        Origin::Prepared {
+            grains,
+            size_ratio,
+            friction,
+        } => {
+            format!(
+                "{grains} grains, Rmax/Rmin = {size_ratio}, prepared with μ = {friction}, seed {}",
+                rev.seed
+            )
+        }
+        Origin::Imported(path) => format!("packing {path}"),
+    };
+    format!(
+        "{origin}, σ0 = {}, kn/σ0 = {}, kt/kn = {}, μ = {}, f_c/(a σ0) = {}",
+        rev.confining_stress,
+        rev.stiffness,
+        rev.tangential_stiffness,
+        rev.friction,
+        rev.cohesion_ratio
+    )
+}
+
+fn steps(run: &RunView) -> String {
+    use Align::{Left, Right};
+    let mut table = Table::new([
+        ("step", Right),
+        ("increment", Right),
+        ("stage", Left),
+        ("loads", Left),
+        ("iter.", Right),
+        ("residual", Right),
+        ("", Left),
+        ("cuts", Right),
+        ("REV solves", Right),
+        ("cycles/solve", Right),
+        ("fallbacks", Right),
+        ("CPU s", Right),
+        ("wall s", Right),
+    ]);
+    let names = &run.manifest.problem.loads;
+    for step in run.steps.iter() {
+        let summary = &step.summary;
+        let loads: Vec<String> = names
+            .iter()
+            .zip(&summary.loads)
+            .map(|(name, value)| format!("{name} {value:.5}"))
+            .collect();
+        let revs = &summary.revs;
+        let fallbacks = revs.rebased + revs.path;
+        let per_solve = revs.cycles as f64 / revs.solves.max(1) as f64;
+        let mark = match damage(step) {
+            Some(what) => format!("damaged: {what}"),
+            None if summary.loosely_accepted => "loose".to_owned(),
+            None => String::new(),
+        };
+        let nonzero = |count: u64, text: String| if count == 0 { String::new() } else { text };
+        table.row([
+            step.record.index.to_string(),
+            list::increments(step.reached()),
+            summary.stage.clone(),
+            loads.join(", "),
+            nonzero(
+                summary.sweeps.len() as u64,
+                summary.sweeps.len().to_string(),
+            ),
+            nonzero(summary.increment, format!("{:.1e}", summary.residual)),
+            mark,
+            nonzero(u64::from(summary.cuts), summary.cuts.to_string()),
+            nonzero(revs.solves, revs.solves.to_string()),
+            nonzero(revs.solves, format!("{per_solve:.0}")),
+            nonzero(fallbacks, fallbacks.to_string()),
+            nonzero(summary.increment, format!("{:.2}", step.cpu_s())),
+            nonzero(summary.increment, format!("{:.2}", summary.wall_s)),
+        ]);
+    }
+    if run.steps.is_empty() {
+        return "  no load step is committed yet\n".to_owned();
+    }
+    let mut text = table.render("  ");
+    if run.steps.iter().any(|step| step.summary.loosely_accepted) {
+        let solver = &run.manifest.problem.solver;
+        text.push_str(&format!(
+            "  loose: no iterate met the force tolerance {:e}; the best one, below {:e}, was taken\n",
+            solver.force_tolerance, solver.loosest_force_tolerance
+        ));
+    }
+    text
+}
+
+/// Where the time went.
+fn costs(run: &RunView) -> String {
+    let mut revs = RevFigures::default();
+    let (mut tasks, mut director) = (0.0, 0.0);
+    for step in &run.steps {
+        let figures = &step.summary.revs;
+        revs.solves += figures.solves;
+        revs.cycles += figures.cycles;
+        revs.rebased += figures.rebased;
+        revs.path += figures.path;
+        revs.affine_tangents += figures.affine_tangents;
+        revs.worst_residual = revs.worst_residual.max(figures.worst_residual);
+        tasks += step.summary.cpu_s;
+        director += step.summary.director_s;
+    }
+    if tasks + director <= 0.0 {
+        return String::new();
+    }
+    let mut text = String::new();
+    if revs.solves > 0 {
+        let per_solve = |total: f64| total / revs.solves as f64;
+        text.push_str(&format!(
+            "\n  REVs       {} solves, {:.2} ms and {:.0} cycles each, worst residual {:.1e}; {} re-based, {} by path, {} affine tangents\n",
+            revs.solves,
+            1e3 * per_solve(tasks),
+            per_solve(revs.cycles as f64),
+            revs.worst_residual,
+            revs.rebased,
+            revs.path,
+            revs.affine_tangents,
+        ));
+    }
+    text.push_str(&format!(
+        "  time       {} in tasks, {} ({:.1} %) in assembly, linear solves and store\n",
+        text::duration(tasks),
+        text::duration(director),
+        100.0 * director / (tasks + director)
+    ));
+    text
 }

@@ -1,5 +1,6 @@
 //! The verbs, one file each: their arguments, and how these become a call of [`crate::run`].
 
+pub mod completions;
 pub mod export;
 pub mod resume;
 pub mod rev;
@@ -26,5 +27,6 @@ pub fn perform(verb: &Verb, context: &Context<'_>) -> Result<Report, Failure> {
         Verb::Rev(verb) => rev::perform(verb, context),
         Verb::Store(verb) => store::perform(verb, context),
         Verb::Schema => Ok(schema::perform()),
+        Verb::Completions(args) => Ok(completions::perform(args)),
     }
 }

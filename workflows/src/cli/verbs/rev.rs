@@ -11,6 +11,8 @@ use crate::run::{self, Context};
 #[derive(Debug, clap::Subcommand)]
 pub enum Verb {
     /// Prepare the packings that an input needs and keep them in the store, as `submit` would do first.
+    ///
+    /// Reports their quality. A run with the same materials then starts at once.
     Prepare {
         /// The input (YAML).
         #[arg(value_name = "FILE")]
@@ -19,13 +21,17 @@ pub enum Verb {
         #[arg(long, value_name = "NAME")]
         material: Option<String>,
     },
-    /// Run the element test of an input and print its curve, without keeping a run.
+    /// Run the element test of an input and print its curve (CSV), without keeping a run.
+    ///
+    /// The curve is the one that `submit` and `export` give, to the last bit.
     Test {
         /// The input (YAML), with an `element_test`.
         #[arg(value_name = "FILE")]
         file: PathBuf,
     },
-    /// Read a packing of another program (JSON), bring it to equilibrium, and say how good it is.
+    /// Read a packing of another program (JSON) and say how good it is: as it stands, at rest, and under its stress.
+    ///
+    /// Nothing is kept: a material takes a packing by `rev: { import: PACKING }`.
     Import {
         /// The packing.
         #[arg(value_name = "PACKING")]
@@ -37,7 +43,7 @@ pub enum Verb {
         #[arg(value_name = "RUN@STEP:eN.G")]
         rev: RevAddress,
         /// The file to write.
-        #[arg(long, value_name = "PACKING")]
+        #[arg(value_name = "FILE")]
         into: PathBuf,
     },
 }

@@ -9,10 +9,13 @@ pub enum Verb {
     /// Say what the store holds and how much room it takes.
     Info,
     /// Look for damage.
+    ///
+    /// Puts right what a crash left behind, as every opening does. While another process owns the store, the files are
+    /// looked at without the database.
     Check {
         /// Read every byte of every pack and compare it with its digest.
         #[arg(long)]
-        full: bool,
+        deep: bool,
     },
     /// Build the database anew from the packs, which hold everything.
     Rebuild,
@@ -21,10 +24,10 @@ pub enum Verb {
 pub fn perform(verb: &Verb, context: &Context<'_>) -> Result<Report, Failure> {
     match verb {
         Verb::Info => run::store_info(context),
-        Verb::Check { full } => run::store_check(
+        Verb::Check { deep } => run::store_check(
             context,
-            if *full {
-                CheckDepth::Full
+            if *deep {
+                CheckDepth::Deep
             } else {
                 CheckDepth::Quick
             },

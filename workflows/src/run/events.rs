@@ -1,0 +1,210 @@
+//! A run's event log: where the run is, for whoever does not own the store.
+
+use std::path::Path;
+
+use serde::Deserialize;
+use serde_json::Value;
+
+/// One line of the log.
+#[derive(Clone, Debug, Deserialize)]
+struct Event {
+    /// Seconds since 1970.
+    at: f64,
+    event: String,
+    #[serde(default)]
+    data: Value,
+}
+
+/// Where a run is, by the last session in its log. Times are in seconds since 1970.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Whereabouts {
+    /// Process of the session.
+    pub pid: Option<u32>,
+    /// Its threads.
+    pub threads: Option<u64>,
+    /// When it began.
+    pub begun: f64,
+    /// The last sign of life.
+    pub last: f64,
+    /// Increments of the programme.
+    pub of: u64,
+    /// Packings needed, and how many are there.
+    pub packings: Option<(u64, u64)>,
+    /// The step that is running.
+    pub step: Option<RunningStep>,
+    /// How the session ended, where it has: state and note.
+    pub ended: Option<(String, String)>,
+    /// Increments done and when: at the beginning of the session, and after each commit.
+    reached: Vec<(f64, f64)>,
+}
+
+/// A step in progress.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RunningStep {
+    /// Its number.
+    pub step: u32,
+    /// Increment of the programme.
+    pub increment: u64,
+    /// Stage of the programme.
+    pub stage: String,
+    /// Part of the increment it covers.
+    pub part: (f64, f64),
+    /// When it began.
+    pub since: f64,
+    /// Attempts that failed.
+    pub cuts: u32,
+    /// Number of the wave that is out, from 0.
+    pub wave: Option<u32>,
+    /// Element tasks of the wave.
+    pub tasks: u64,
+    /// Force residual of the last wave that was assembled.
+    pub residual: Option<f64>,
+}
+
+/// How many of the last commits the remaining time is judged by.
+const RECENT: usize = 6;
+
+/// What the log at `path` says; a log that is not there says nothing. Lines that do not read, as the last one of a
+/// killed process may not, are passed over.
+pub fn read(path: &Path) -> Whereabouts {
+    let bytes = std::fs::read(path).unwrap_or_default();
+    let lines = bytes.split(|&byte| byte == b'\n');
+    let events = lines.filter_map(|line| serde_json::from_slice::<Event>(line).ok());
+    let mut place = Whereabouts::default();
+    for event in events {
+        place.follow(&event);
+    }
+    place
+}
+
+impl Whereabouts {
+    fn follow(&mut self, event: &Event) {
+        let data = &event.data;
+        let whole = |key: &str| data[key].as_u64();
+        let real = |key: &str| data[key].as_f64();
+        let text = |key: &str| data[key].as_str().unwrap_or_default().to_owned();
+        self.last = event.at;
+        match event.event.as_str() {
+            "session" => {
+                let done = real("done").unwrap_or(0.0);
+                *self = Self {
+                    pid: whole("pid").and_then(|pid| u32::try_from(pid).ok()),
+                    threads: whole("threads"),
+                    begun: event.at,
+                    last: event.at,
+                    of: whole("of").unwrap_or(0),
+                    reached: vec![(event.at, done)],
+                    ..Self::default()
+                };
+            }
+            "preparing" => {
+                self.packings = whole("packings").zip(whole("cached"));
+            }
+            "packing_ready" => {
+                if let Some((_, there)) = &mut self.packings {
+                    *there += 1;
+                }
+            }
+            "step_started" => {
+                let step = whole("step").unwrap_or(0) as u32;
+                // A step that was cut begins again.
+                let before = self.step.take().filter(|before| before.step == step);
+                let (cuts, since) =
+                    before.map_or((0, event.at), |before| (before.cuts, before.since));
+                let part = |k: usize| data["part"][k].as_f64().unwrap_or(0.0);
+                self.step = Some(RunningStep {
+                    step,
+                    increment: whole("increment").unwrap_or(0),
+                    stage: text("stage"),
+                    part: (part(0), part(1)),
+                    since,
+                    cuts,
+                    ..RunningStep::default()
+                });
+            }
+            "wave_started" => {
+                if let Some(step) = &mut self.step {
+                    step.wave = whole("wave").and_then(|wave| u32::try_from(wave).ok());
+                    step.tasks = whole("tasks").unwrap_or(0);
+                }
+            }
+            "iteration" => {
+                if let Some(step) = &mut self.step {
+                    step.residual = data["sweep"]["residual"].as_f64();
+                }
+            }
+            "step_cut" => {
+                if let Some(step) = &mut self.step {
+                    step.cuts += 1;
+                }
+            }
+            "step_committed" => {
+                let summary = &data["summary"];
+                let increment = summary["increment"].as_f64().unwrap_or(0.0);
+                let position = summary["position"].as_f64().unwrap_or(0.0);
+                self.reached.push((event.at, increment - 1.0 + position));
+                self.step = None;
+            }
+            "ended" => self.ended = Some((text("state"), text("note"))),
+            _ => {}
+        }
+    }
+
+    /// Seconds from `now` to the end of the programme, at the pace of the last steps; `None` before the first commit of
+    /// the session.
+    pub fn remaining(&self, now: f64) -> Option<f64> {
+        let (at, reached) = *self.reached.last()?;
+        let (from, start) = self.reached[self.reached.len().saturating_sub(RECENT)];
+        let pace = (at - from) / (reached - start);
+        let left = (self.of as f64 - reached) * pace - (now - at);
+        (self.reached.len() > 1 && pace.is_finite()).then_some(left.max(0.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn place(lines: &[&str]) -> Whereabouts {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("events.jsonl");
+        std::fs::write(&path, lines.join("\n")).unwrap();
+        read(&path)
+    }
+
+    const LINES: [&str; 6] = [
+        r#"{"at":100,"event":"session","data":{"done":2,"of":10,"pid":7,"threads":2}}"#,
+        r#"{"at":100,"event":"step_started","data":{"step":3,"increment":3,"of":10,"part":[0.0,1.0],"stage":"a"}}"#,
+        r#"{"at":110,"event":"step_committed","data":{"summary":{"increment":3,"position":1.0}}}"#,
+        r#"{"at":110,"event":"step_started","data":{"step":4,"increment":4,"of":10,"part":[0.0,1.0],"stage":"a"}}"#,
+        r#"{"at":112,"event":"iteration","data":{"sweep":{"residual":0.5}}}"#,
+        r#"{"at":113,"event":"wave_sta"#,
+    ];
+
+    #[test]
+    fn the_torn_last_line_of_a_killed_process_hides_nothing_else() {
+        let place = place(&LINES);
+        let step = place.step.clone().unwrap();
+        assert_eq!(
+            (step.step, step.since, step.residual),
+            (4, 110.0, Some(0.5))
+        );
+        assert_eq!((place.pid, place.last), (Some(7), 112.0));
+        // 7 increments at 10 s, 5 s of them gone.
+        assert_eq!(place.remaining(115.0), Some(65.0));
+    }
+
+    #[test]
+    fn a_later_session_is_not_taken_for_the_one_that_died() {
+        let again = r#"{"at":500,"event":"session","data":{"done":3,"of":10,"pid":8,"threads":1}}"#;
+        let mut lines = LINES.to_vec();
+        lines.push(again);
+        let place = place(&lines);
+        assert_eq!(
+            (place.pid, place.step.clone(), place.begun),
+            (Some(8), None, 500.0)
+        );
+        assert_eq!(place.remaining(510.0), None);
+        assert_eq!(read(Path::new("no/such/file")), Whereabouts::default());
+    }
+}

@@ -1,0 +1,167 @@
+//! The curves of a body: one row a committed step.
+
+use solver_fem::{boundary::Target, newton::MacroState, post};
+
+use super::{ExportError, body::BodyResults, place_columns, place_values, places};
+use crate::{
+    input::problem::Body,
+    output::csv::{Column, Table},
+    run::{
+        error::RunError,
+        view::{RunView, StepView},
+    },
+};
+
+/// The table while it grows.
+pub struct Curves<'a> {
+    results: &'a BodyResults<'a>,
+    run: &'a RunView,
+    places: Vec<(String, Target)>,
+    initial_volume: f64,
+    table: Table,
+}
+
+impl<'a> Curves<'a> {
+    /// An empty table for `run`.
+    pub fn new(run: &'a RunView, results: &'a BodyResults<'a>, body: &Body) -> Self {
+        let problem = &run.manifest.problem;
+        let places = places(&results.model, body);
+        let mut columns = place_columns(&problem.programme, &problem.loads);
+        for (name, _) in &places {
+            for axis in ["x", "y"] {
+                let meaning = format!("mean displacement of the nodes of `{name}` along {axis}");
+                columns.push(Column::new(format!("u{axis}_{name}"), "length", meaning));
+            }
+            for axis in ["x", "y"] {
+                let meaning = format!(
+                    "force along {axis} that the supports at the nodes of `{name}` exert on the body (applied pressures and tractions are no part of it)"
+                );
+                columns.push(Column::new(
+                    format!("f{axis}_{name}"),
+                    "force per thickness",
+                    meaning,
+                ));
+            }
+        }
+        columns.extend([
+            Column::new(
+                "volume",
+                "length²",
+                "volume of the body per thickness, by its Gauss points",
+            ),
+            Column::new(
+                "volume_strain",
+                "",
+                "volume over initial volume − 1, positive in dilation",
+            ),
+            Column::new(
+                "sxx",
+                "stress",
+                "Cauchy stress, mean over the volume, positive in tension",
+            ),
+            Column::new("syy", "stress", "likewise"),
+            Column::new("sxy", "stress", "likewise"),
+            Column::new(
+                "residual",
+                "",
+                "unbalanced force over the reactions (or external forces)",
+            ),
+            Column::new(
+                "loose",
+                "",
+                "1 where the residual is within the loose tolerance only",
+            ),
+            Column::new(
+                "iterations",
+                "",
+                "Newton iterations of the attempt that succeeded",
+            ),
+            Column::new("cuts", "", "attempts that failed before it"),
+            Column::new(
+                "cpu_s",
+                "s",
+                "CPU time of the step; a measurement, other than the rest of the row",
+            ),
+        ]);
+        let mut table = Table::new(columns);
+        table.title = vec![
+            format!("run {}", run.name()),
+            "units: those of the input; plane strain, per unit thickness".to_owned(),
+            format!(
+                "material in the field files: {}",
+                legend(&results.material_names)
+            ),
+            format!(
+                "region in the field files: {}",
+                legend(&results.model.problem.mesh().region_names)
+            ),
+        ];
+        Self {
+            results,
+            run,
+            places,
+            initial_volume: f64::NAN,
+            table,
+        }
+    }
+
+    /// Adds a step.
+    pub fn push(&mut self, step: &StepView, state: &MacroState<2>) -> Result<(), ExportError> {
+        let (input, summary) = (&self.run.manifest.problem, &step.summary);
+        let problem = &self.results.model.problem;
+        let mut row = place_values(&input.programme, input.loads.len(), step);
+        for (_, target) in &self.places {
+            row.extend(post::boundary_mean_displacement(
+                problem,
+                target,
+                &state.displacement,
+            ));
+            row.extend(post::boundary_force(problem, target, &state.reactions));
+        }
+        let volumes = |coordinates: &[f64]| {
+            let volumes = problem.gauss_point_volumes(coordinates);
+            volumes.map_err(|error| RunError::State(error.to_string()))
+        };
+        let volumes_now = volumes(&state.coordinates)?;
+        let volume: f64 = volumes_now.iter().sum();
+        if self.initial_volume.is_nan() {
+            self.initial_volume = volumes(problem.initial())?.iter().sum();
+        }
+        row.extend([volume, volume / self.initial_volume - 1.0]);
+        let mut stress = [0.0; 3];
+        for (point, weight) in problem.gauss_points().zip(&volumes_now) {
+            let s = state.stress_at(point);
+            for (sum, component) in
+                stress
+                    .iter_mut()
+                    .zip([s[0][0], s[1][1], 0.5 * (s[0][1] + s[1][0])])
+            {
+                *sum += weight * component;
+            }
+        }
+        row.extend(stress.map(|sum| sum / volume));
+        row.extend([
+            summary.residual,
+            f64::from(u8::from(summary.loosely_accepted)),
+            summary.sweeps.len() as f64,
+            f64::from(summary.cuts),
+            step.cpu_s(),
+        ]);
+        Ok(self.table.push(row)?)
+    }
+
+    /// The table.
+    pub fn finish(self) -> Table {
+        self.table
+    }
+}
+
+/// `0 = sand, 1 = weak_sand`.
+fn legend(names: &[String]) -> String {
+    let pairs: Vec<String> = names
+        .iter()
+        .enumerate()
+        .map(|(k, name)| format!("{k} = {name}"))
+        .collect();
+    pairs.join(", ")
+}

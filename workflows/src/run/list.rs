@@ -1,0 +1,242 @@
+//! The table of the runs of a store.
+
+use serde::Serialize;
+use serde_json::json;
+use store::RunName;
+
+use super::{
+    Context,
+    text::{self, Align, Table},
+    view::{RunView, Standing, View},
+};
+use crate::{failure::Failure, report::Report};
+
+#[derive(Serialize)]
+struct Line {
+    name: String,
+    parent: Option<String>,
+    state: &'static str,
+    killed: bool,
+    steps: u32,
+    done: f64,
+    of: u64,
+    stage: String,
+    bytes: u64,
+    cpu_s: f64,
+    created: u64,
+    note: String,
+    /// Depth in the tree of branches.
+    #[serde(skip)]
+    depth: usize,
+    #[serde(skip)]
+    phrase: &'static str,
+}
+
+/// All runs, branches under the run they come from.
+pub fn runs(context: &Context<'_>) -> Result<Report, Failure> {
+    let view = View::open(context)?;
+    let mut lines = Vec::new();
+    let mut damaged = Vec::new();
+    for name in view.names()? {
+        match view.read(&name) {
+            Ok(run) => lines.push(Line::new(&run)),
+            Err(error) => damaged.push((name, error.to_string())),
+        }
+    }
+    let lines = as_tree(lines);
+    let unreadable: Vec<_> = damaged
+        .iter()
+        .map(|(name, why)| json!({ "name": name.as_str(), "error": why }))
+        .collect();
+    let data = json!({ "runs": &lines, "unreadable": unreadable });
+    if lines.is_empty() && damaged.is_empty() {
+        let text = format!(
+            "No runs in {}. `femdem-flow submit FILE` computes one.",
+            context.store.display()
+        );
+        return Ok(Report::new(text, &data));
+    }
+    let mut text = table(&lines).render("");
+    for (name, why) in &damaged {
+        text.push_str(&format!("{name}: cannot be read: failed to {why}\n"));
+    }
+    Ok(Report::new(text, &data))
+}
+
+impl Line {
+    fn new(run: &RunView) -> Self {
+        let (done, of) = run.increments();
+        Self {
+            name: run.name().to_string(),
+            parent: run.record.parent.as_ref().map(ToString::to_string),
+            state: run.standing.word(),
+            killed: run.standing == Standing::Killed,
+            steps: run.last_index(),
+            done,
+            of,
+            stage: run
+                .last()
+                .map(|step| step.summary.stage.clone())
+                .unwrap_or_default(),
+            bytes: run.bytes(),
+            cpu_s: run.cpu_s(),
+            created: run.record.created,
+            note: run.record.note.clone(),
+            depth: 0,
+            phrase: run.standing.phrase(),
+        }
+    }
+
+    fn parent_name(&self) -> Option<&str> {
+        self.parent
+            .as_deref()
+            .and_then(|parent| parent.split('@').next())
+    }
+}
+
+/// Depth first, children in the order of their names. A run whose parent is not there stands at the root.
+fn as_tree(lines: Vec<Line>) -> Vec<Line> {
+    let names: std::collections::BTreeSet<String> =
+        lines.iter().map(|line| line.name.clone()).collect();
+    let (mut waiting, rest): (Vec<Line>, Vec<Line>) = lines.into_iter().partition(|line| {
+        line.parent_name()
+            .is_none_or(|parent| !names.contains(parent))
+    });
+    waiting.reverse();
+    let mut children = rest;
+    let mut ordered = Vec::new();
+    while let Some(line) = waiting.pop() {
+        let (own, others): (Vec<Line>, Vec<Line>) = children
+            .into_iter()
+            .partition(|child| child.parent_name() == Some(&line.name));
+        children = others;
+        let depth = line.depth + 1;
+        waiting.extend(own.into_iter().rev().map(|child| Line { depth, ..child }));
+        ordered.push(line);
+    }
+    // Runs that are each other's ancestors; damage, but no reason to hide them.
+    ordered.extend(children);
+    ordered
+}
+
+fn table(lines: &[Line]) -> Table {
+    use Align::{Left, Right};
+    let mut table = Table::new([
+        ("run", Left),
+        ("from", Left),
+        ("state", Left),
+        ("steps", Right),
+        ("done", Right),
+        ("stage", Left),
+        ("size", Right),
+        ("CPU", Right),
+        ("created (UTC)", Left),
+        ("note", Left),
+    ]);
+    for line in lines {
+        let branch = match line.depth {
+            0 => String::new(),
+            depth => format!("{}└ ", "  ".repeat(depth - 1)),
+        };
+        table.row([
+            format!("{branch}{}", line.name),
+            line.parent.clone().unwrap_or_default(),
+            line.phrase.to_owned(),
+            line.steps.to_string(),
+            format!("{}/{}", increments(line.done), line.of),
+            line.stage.clone(),
+            text::bytes(line.bytes),
+            text::duration(line.cpu_s),
+            text::utc(line.created),
+            // A complete run's note says what its state does.
+            if line.state == "completed" {
+                String::new()
+            } else {
+                short(&line.note)
+            },
+        ]);
+    }
+    table
+}
+
+/// `12`, or `12.25` within an increment that was cut.
+pub fn increments(done: f64) -> String {
+    if done.fract() == 0.0 {
+        format!("{done:.0}")
+    } else {
+        format!("{done:.2}")
+    }
+}
+
+/// The first line of a note, cut to fit a table.
+fn short(note: &str) -> String {
+    const LONGEST: usize = 60;
+    let line = note.lines().next().unwrap_or_default();
+    if line.chars().count() <= LONGEST {
+        return line.to_owned();
+    }
+    let mut cut: String = line.chars().take(LONGEST - 1).collect();
+    cut.push('…');
+    cut
+}
+
+/// The names of some runs in a sentence: "`a`, `b`".
+pub fn names(runs: &[RunName]) -> String {
+    const MOST: usize = 12;
+    let shown: Vec<String> = runs
+        .iter()
+        .take(MOST)
+        .map(|run| format!("`{run}`"))
+        .collect();
+    let more = if runs.len() > MOST { ", …" } else { "" };
+    format!("{}{more}", shown.join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(name: &str, parent: Option<&str>) -> Line {
+        Line {
+            name: name.to_owned(),
+            parent: parent.map(str::to_owned),
+            state: "completed",
+            killed: false,
+            steps: 1,
+            done: 1.0,
+            of: 1,
+            stage: String::new(),
+            bytes: 0,
+            cpu_s: 0.0,
+            created: 0,
+            note: String::new(),
+            depth: 0,
+            phrase: "completed",
+        }
+    }
+
+    #[test]
+    fn no_run_is_lost_in_the_tree_even_where_parents_are_missing_or_circular() {
+        let lines = vec![
+            line("a", None),
+            line("a-2", Some("a@3")),
+            line("a-2-2", Some("a-2@5")),
+            line("b", Some("gone@1")),
+            line("c", Some("d@1")),
+            line("d", Some("c@1")),
+        ];
+        let tree: Vec<_> = as_tree(lines)
+            .into_iter()
+            .map(|line| (line.name, line.depth))
+            .collect();
+        let expected = [
+            ("a", 0),
+            ("a-2", 1),
+            ("a-2-2", 2),
+            ("b", 0),
+            ("c", 0),
+            ("d", 0),
+        ];
+        assert_eq!(tree, expected.map(|(name, depth)| (name.to_owned(), depth)));
+    }
+}

@@ -1,0 +1,112 @@
+//! What is right by the letter of the input and probably not meant. The user reads it once, before the run begins.
+
+use solver_fem::assembly::residual;
+
+use super::{error::RunError, model::Model};
+use crate::input::{
+    Problem,
+    problem::{Body, ConditionKind, Model as InputModel, Selection},
+};
+
+/// Unbalanced force of the initial state, over the reactions, above which something does not fit.
+const UNBALANCED: f64 = 1e-3;
+
+/// What the user should know about `problem`.
+///
+/// # Errors
+/// The input does not make a model.
+pub fn notes(problem: &Problem) -> Result<Vec<String>, RunError> {
+    let InputModel::Body(body) = &problem.model else {
+        return Ok(Vec::new());
+    };
+    let model = Model::new(body, problem.loads.len())?;
+    let mut notes = empty_regions(body, &model);
+    notes.extend(out_of_balance(problem, body, &model)?);
+    Ok(notes)
+}
+
+fn empty_regions(body: &Body, model: &Model) -> Vec<String> {
+    let empty = |selection: &Selection| match selection {
+        Selection::Elements(elements) => elements.is_empty(),
+        Selection::Box(within) => model
+            .problem
+            .mesh()
+            .elements_in_box(within.from, within.to)
+            .is_empty(),
+    };
+    body.regions
+        .iter()
+        .filter(|region| empty(&region.selection))
+        .map(|region| {
+            format!(
+                "region `{}` selects no element: no element centre lies in its box",
+                region.name
+            )
+        })
+        .collect()
+}
+
+/// The first load step has to bring a body whose initial stresses do not fit its loads into balance, which is seldom
+/// what was meant.
+fn out_of_balance(
+    problem: &Problem,
+    body: &Body,
+    model: &Model,
+) -> Result<Option<String>, RunError> {
+    let per_element = model.problem.points_per_element();
+    let initial = |element: &usize| problem.materials[*element].initial_stress();
+    let stress: Vec<f64> = model
+        .materials
+        .iter()
+        .map(initial)
+        .flat_map(|p| std::iter::repeat_n([p, 0.0, 0.0, p], per_element).flatten())
+        .collect();
+    let loads = &problem.programme.initial;
+    let balance = residual(&model.problem, model.problem.initial(), &stress, loads)
+        .map_err(|error| RunError::State(error.to_string()))?;
+    let relative = balance.ratio();
+    if relative.is_nan() || relative <= UNBALANCED {
+        return Ok(None);
+    }
+    let mut note = format!(
+        "the initial state is not in balance: the unbalanced force is {:.2} of the supports' or the loads'",
+        relative
+    );
+    for mismatch in mismatches(problem, body, model) {
+        note.push_str("; ");
+        note.push_str(&mismatch);
+    }
+    Ok(Some(note))
+}
+
+/// Boundaries under a pressure that the material behind them is not in balance with.
+fn mismatches(problem: &Problem, body: &Body, model: &Model) -> Vec<String> {
+    let mut found = Vec::new();
+    for condition in &body.conditions {
+        let ConditionKind::Pressure(amount) = condition.kind else {
+            continue;
+        };
+        let pressure = amount.at(&problem.programme.initial);
+        let facets = model
+            .problem
+            .mesh()
+            .boundaries
+            .get(&condition.on)
+            .into_iter()
+            .flatten();
+        let mut materials: Vec<usize> =
+            facets.map(|facet| model.materials[facet.element]).collect();
+        materials.sort_unstable();
+        materials.dedup();
+        for material in materials.into_iter().map(|k| &problem.materials[k]) {
+            let stress = material.initial_stress();
+            if (stress + pressure).abs() > UNBALANCED * pressure.abs().max(stress.abs()) {
+                found.push(format!(
+                    "`{}` begins at pressure {pressure}, material `{}` behind it at {}",
+                    condition.on, material.name, -stress
+                ));
+            }
+        }
+    }
+    found
+}

@@ -1,0 +1,87 @@
+//! An element test whose run is not kept.
+
+use serde_json::{Map, Value, json};
+use store::Store;
+
+use super::{
+    Context,
+    error::RunError,
+    export::test_curve,
+    open::{explain, store_name},
+    session::{self, SessionEnd},
+    view::View,
+};
+use crate::{
+    failure::{Failure, FailureKind},
+    input::{Problem, problem::Model},
+    output::csv::Table,
+    report::Report,
+};
+
+/// Computes the element test of `problem` as `submit` would, in a store that is thrown away, and reports the curve that
+/// `export` would write.
+pub fn test(context: &Context<'_>, problem: &Problem) -> Result<Report, Failure> {
+    if !matches!(problem.model, Model::ElementTest(_)) {
+        let what = "failed to run the element test: the input describes a body";
+        return Err(Failure::new(FailureKind::Usage, what).hint(
+            "`femdem-flow submit` computes bodies; an `element_test` takes the place of `mesh`",
+        ));
+    }
+    let failed = |error| explain("run the element test", error);
+    let folder = tempfile::tempdir().map_err(|error| {
+        let path = std::env::temp_dir();
+        failed(RunError::File { path, error })
+    })?;
+    let kept_nowhere = Context {
+        store: folder.path().to_owned(),
+        ..*context
+    };
+    let end = {
+        let store = Store::open(folder.path())
+            .map_err(|error| super::open::refused(&kept_nowhere, error))?;
+        let name = store_name(&problem.name)?;
+        let run =
+            session::create(&store, name, problem.clone(), context.threads()).map_err(failed)?;
+        session::advance(&store, &run, problem, context.threads(), context.progress)
+            .map_err(failed)?
+    };
+    let view = View::open(&kept_nowhere)?;
+    let run = view.run(&problem.name)?;
+    let curve = test_curve(&view, &run).map_err(failed)?;
+    let report = Report::new(
+        curve.to_text(),
+        &json!({
+            "name": problem.name.as_str(),
+            "state": run.standing.word(),
+            "steps": run.last_index(),
+            "digest": run.digest(),
+            "rows": rows(&curve),
+        }),
+    );
+    match end {
+        SessionEnd::Completed => Ok(report),
+        SessionEnd::Failed(why) => Err(Failure::new(
+            FailureKind::Run,
+            "failed to finish the element test",
+        )
+        .because(RunError::Model(why))
+        .with(report)),
+        SessionEnd::Interrupted(signal) => Err(Failure::new(
+            FailureKind::of_signal(signal),
+            "the element test was stopped",
+        )
+        .with(report)),
+    }
+}
+
+/// The rows of a table, each under the names of its columns.
+fn rows(table: &Table) -> Vec<Value> {
+    let object = |row: &[f64]| {
+        let named = table.columns().iter().zip(row);
+        let fields: Map<String, Value> = named
+            .map(|(column, value)| (column.name.clone(), json!(value)))
+            .collect();
+        Value::Object(fields)
+    };
+    table.rows().iter().map(|row| object(row)).collect()
+}

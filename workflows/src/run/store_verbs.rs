@@ -1,0 +1,174 @@
+//! Looking after the store.
+
+use std::fmt::Write as _;
+
+use serde_json::json;
+use store::{CheckReport, Depth, Finding, OpenError, Severity, Store};
+
+use super::{CheckDepth, Context, open::refused, text};
+use crate::{
+    failure::{Failure, FailureKind},
+    report::Report,
+};
+
+/// What the store holds and how much room it takes.
+pub fn info(context: &Context<'_>) -> Result<Report, Failure> {
+    let store = Store::open_read_only(&context.store).map_err(|error| refused(context, error))?;
+    let info = store
+        .info()
+        .map_err(|error| failed(context, "measure", error))?;
+    let rows = [
+        ("runs", info.runs.to_string()),
+        ("committed load steps", info.steps.to_string()),
+        ("runs and their packs", text::bytes(info.pack_bytes)),
+        ("database", text::bytes(info.meta_bytes)),
+        ("cache of packings", text::bytes(info.cache_bytes)),
+        ("free on the disk", text::bytes(info.free_bytes)),
+    ];
+    let mut out = format!(
+        "Store {}, format {}\n",
+        context.store.display(),
+        store::FORMAT_VERSION
+    );
+    for (what, value) in rows {
+        let _ = writeln!(out, "  {what:<22}{value:>12}");
+    }
+    let data = json!({
+        "store": context.store.display().to_string(),
+        "format": store::FORMAT_VERSION,
+        "runs": info.runs,
+        "steps": info.steps,
+        "pack_bytes": info.pack_bytes,
+        "database_bytes": info.meta_bytes,
+        "cache_bytes": info.cache_bytes,
+        "free_bytes": info.free_bytes,
+    });
+    Ok(Report::new(out, &data))
+}
+
+/// Looks for damage: with the database where nobody owns the store, otherwise at the files alone.
+pub fn check(context: &Context<'_>, depth: CheckDepth) -> Result<Report, Failure> {
+    let depth = match depth {
+        CheckDepth::Quick => Depth::Quick,
+        CheckDepth::Deep => Depth::Deep,
+    };
+    let onlooker =
+        Store::open_read_only(&context.store).map_err(|error| refused(context, error))?;
+    let (repaired, found, scope) = match Store::open(&context.store) {
+        Ok(store) => {
+            let found = store
+                .check(depth)
+                .map_err(|error| failed(context, "check", error))?;
+            (store.opening_report().to_vec(), found, "files and database")
+        }
+        Err(OpenError::Held { .. }) => {
+            let found = onlooker
+                .check(depth)
+                .map_err(|error| failed(context, "check", error))?;
+            (Vec::new(), found, "files only, as a process owns the store")
+        }
+        Err(error) => return Err(refused(context, error)),
+    };
+    let report = check_report(context, &repaired, &found, scope);
+    if found.is_sound() {
+        return Ok(report);
+    }
+    let damaged = found
+        .findings
+        .iter()
+        .filter(|finding| finding.severity == Severity::Damage)
+        .count();
+    let what = format!(
+        "store {} is damaged in {damaged} places",
+        context.store.display()
+    );
+    Err(Failure::new(FailureKind::Store, what)
+        .hint("each finding says what to do; what is not named is sound")
+        .with(report))
+}
+
+fn check_report(
+    context: &Context<'_>,
+    repaired: &[Finding],
+    found: &CheckReport,
+    scope: &str,
+) -> Report {
+    let mut out = format!(
+        "Store {}: {} packs, {} looked at ({scope})\n",
+        context.store.display(),
+        found.packs,
+        text::bytes(found.bytes)
+    );
+    let findings: Vec<&Finding> = repaired.iter().chain(&found.findings).collect();
+    for finding in &findings {
+        let _ = writeln!(
+            out,
+            "  {}: {}: {}",
+            word(finding.severity),
+            finding.path.display(),
+            finding.what
+        );
+        if !finding.remedy.is_empty() {
+            let _ = writeln!(out, "    {}", finding.remedy);
+        }
+    }
+    if findings.is_empty() {
+        out.push_str("  nothing is wrong\n");
+    }
+    let listed: Vec<_> = findings
+        .iter()
+        .map(|finding| {
+            json!({
+                "severity": word(finding.severity),
+                "path": finding.path.display().to_string(),
+                "what": finding.what,
+                "remedy": finding.remedy,
+            })
+        })
+        .collect();
+    let data = json!({
+        "sound": found.is_sound(),
+        "packs": found.packs,
+        "bytes": found.bytes,
+        "scope": scope,
+        "findings": listed,
+    });
+    Report::new(out, &data)
+}
+
+fn word(severity: Severity) -> &'static str {
+    match severity {
+        Severity::Leftover => "leftover",
+        Severity::Repaired => "repaired",
+        Severity::Damage => "damage",
+    }
+}
+
+/// Makes the database anew from the packs.
+pub fn rebuild(context: &Context<'_>) -> Result<Report, Failure> {
+    let store = super::open::open_existing(context)?;
+    let report = store
+        .rebuild()
+        .map_err(|error| failed(context, "rebuild", error))?;
+    let lost = match report.lost {
+        0 => String::new(),
+        lost => format!(", {lost} load steps are lost: `femdem-flow store check` says which"),
+    };
+    let text = format!(
+        "Database of {} rebuilt: {} runs, {} load steps{lost}",
+        context.store.display(),
+        report.runs,
+        report.steps
+    );
+    let data = json!({ "runs": report.runs, "steps": report.steps, "lost": report.lost });
+    Ok(Report::new(text, &data))
+}
+
+fn failed(
+    context: &Context<'_>,
+    what: &str,
+    error: impl std::error::Error + Send + Sync + 'static,
+) -> Failure {
+    let what = format!("failed to {what} the store {}", context.store.display());
+    Failure::new(FailureKind::Store, what).because(error)
+}

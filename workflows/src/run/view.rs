@@ -1,0 +1,301 @@
+//! Runs as an onlooker sees them: from files alone, whoever owns the store.
+
+use std::{
+    fs::{File, TryLockError},
+    path::Path,
+};
+
+use store::{ReadOnlyStore, RunRecord, RunState, StepRecord, Store};
+
+use super::{
+    Context,
+    error::RunError,
+    events::{self, Whereabouts},
+    manifest::Manifest,
+    open::{explain, no_such_run, refused, store_name},
+    summary::StepSummary,
+};
+use crate::{
+    address::{RunName, StepSelector},
+    failure::{Failure, FailureKind},
+};
+
+/// A store opened for looking.
+pub struct View {
+    /// The store.
+    pub store: ReadOnlyStore,
+    owner: Option<Owner>,
+}
+
+/// The process that owns a store.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Owner {
+    /// Its number, where `LOCK` says it.
+    pid: Option<u32>,
+}
+
+/// How a run stands: what the store says of it, told apart from a process that died.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Standing {
+    /// Created, nothing computed yet.
+    Prepared,
+    /// A process computes it.
+    Running,
+    /// The process that computed it is gone without a word.
+    Killed,
+    /// Stopped in order.
+    Interrupted,
+    /// At the end of its programme.
+    Completed,
+    /// At a step that cannot be solved.
+    Failed,
+}
+
+impl Standing {
+    /// One word for machines: a killed run is `interrupted`.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Prepared => "prepared",
+            Self::Running => "running",
+            Self::Killed | Self::Interrupted => "interrupted",
+            Self::Completed => "completed",
+            Self::Failed => "failed",
+        }
+    }
+
+    /// For people.
+    pub fn phrase(self) -> &'static str {
+        match self {
+            Self::Killed => "interrupted (killed)",
+            other => other.word(),
+        }
+    }
+}
+
+/// A committed step.
+#[derive(Clone, Debug)]
+pub struct StepView {
+    /// What the store says of it.
+    pub record: StepRecord,
+    /// Its figures; empty where the step is damaged.
+    pub summary: StepSummary,
+}
+
+impl StepView {
+    /// CPU seconds of its tasks and of what joins them.
+    pub fn cpu_s(&self) -> f64 {
+        self.summary.cpu_s + self.summary.director_s
+    }
+
+    /// Increments of the programme done after it, the part of a cut one included.
+    pub fn reached(&self) -> f64 {
+        match self.summary.increment {
+            0 => 0.0,
+            increment => (increment - 1) as f64 + self.summary.position,
+        }
+    }
+}
+
+/// A run and its steps.
+pub struct RunView {
+    /// What the store says of it.
+    pub record: RunRecord,
+    /// How it stands.
+    pub standing: Standing,
+    /// What it is.
+    pub manifest: Manifest,
+    /// Its committed steps, those of its ancestors included, ascending.
+    pub steps: Vec<StepView>,
+    /// What its event log says.
+    pub place: Whereabouts,
+}
+
+impl View {
+    /// Opens the store for looking.
+    pub fn open(context: &Context<'_>) -> Result<Self, Failure> {
+        let store =
+            Store::open_read_only(&context.store).map_err(|error| refused(context, error))?;
+        let owner = owner(store.dir());
+        Ok(Self { store, owner })
+    }
+
+    /// Names of the runs.
+    pub fn names(&self) -> Result<Vec<store::RunName>, Failure> {
+        self.store
+            .run_names()
+            .map_err(|error| explain("list the runs", error.into()))
+    }
+
+    /// One run.
+    pub fn run(&self, name: &RunName) -> Result<RunView, Failure> {
+        let name = store_name(name)?;
+        let names = self.names()?;
+        if !names.contains(&name) {
+            return Err(no_such_run(name.as_str(), &names));
+        }
+        self.read(&name)
+            .map_err(|error| explain(&format!("read run `{name}`"), error))
+    }
+
+    /// One run that is known to be there.
+    pub fn read(&self, name: &store::RunName) -> Result<RunView, RunError> {
+        let record = self.store.run(name)?;
+        let manifest = super::session::manifest(&record.manifest)?;
+        let steps = self.store.steps(name)?;
+        let steps = steps
+            .into_iter()
+            .map(|record| StepView {
+                summary: rmp_serde::from_slice(&record.summary).unwrap_or_default(),
+                record,
+            })
+            .collect();
+        let place = events::read(&self.store.events_path(name));
+        let standing = self.standing(record.state, place.pid);
+        Ok(RunView {
+            record,
+            standing,
+            manifest,
+            steps,
+            place,
+        })
+    }
+
+    fn standing(&self, state: RunState, session: Option<u32>) -> Standing {
+        match state {
+            RunState::Prepared => Standing::Prepared,
+            RunState::Interrupted => Standing::Interrupted,
+            RunState::Completed => Standing::Completed,
+            RunState::Failed => Standing::Failed,
+            // The owner of the store may be at another of its runs.
+            RunState::Running => match self.owner {
+                Some(Owner { pid }) if pid.is_none() || session.is_none() || pid == session => {
+                    Standing::Running
+                }
+                _ => Standing::Killed,
+            },
+        }
+    }
+}
+
+/// Who owns the store in `dir`.
+///
+/// The lock itself is the only sure sign: process numbers are reused, and mean nothing on another host. Where nobody
+/// holds it, asking holds it for an instant, shared with others who ask.
+fn owner(dir: &Path) -> Option<Owner> {
+    let path = dir.join("LOCK");
+    let file = File::open(&path).ok()?;
+    match file.try_lock_shared() {
+        Err(TryLockError::WouldBlock) => {
+            let text = std::fs::read_to_string(&path).unwrap_or_default();
+            let pid = text
+                .lines()
+                .find_map(|line| line.strip_prefix("pid ")?.trim().parse().ok());
+            Some(Owner { pid })
+        }
+        Ok(()) | Err(TryLockError::Error(_)) => None,
+    }
+}
+
+impl RunView {
+    /// Its name.
+    pub fn name(&self) -> &store::RunName {
+        &self.record.name
+    }
+
+    /// The last committed step.
+    pub fn last(&self) -> Option<&StepView> {
+        self.steps.last()
+    }
+
+    /// Number of the last committed step.
+    pub fn last_index(&self) -> u32 {
+        self.last().map_or(0, |step| step.record.index.0)
+    }
+
+    /// Digest of the last committed step, hexadecimal.
+    pub fn digest(&self) -> Option<String> {
+        self.last()
+            .and_then(|step| step.record.digest)
+            .map(|digest| digest.to_string())
+    }
+
+    /// CPU seconds of all its steps.
+    pub fn cpu_s(&self) -> f64 {
+        self.steps.iter().map(StepView::cpu_s).sum()
+    }
+
+    /// Bytes of the packs of its own steps.
+    pub fn bytes(&self) -> u64 {
+        let own = self
+            .steps
+            .iter()
+            .filter(|step| step.record.run == self.record.name);
+        own.map(|step| step.record.bytes).sum()
+    }
+
+    /// Increments of the programme, and how many are done.
+    pub fn increments(&self) -> (f64, u64) {
+        let done = self.last().map_or(0.0, StepView::reached);
+        (done, self.manifest.problem.programme.len())
+    }
+
+    /// The step that `selector` means.
+    pub fn step(&self, selector: StepSelector) -> Result<&StepView, Failure> {
+        let found = match selector {
+            StepSelector::Last => self.last(),
+            StepSelector::Index(index) => self
+                .steps
+                .iter()
+                .find(|step| u64::from(step.record.index.0) == index),
+        };
+        found.ok_or_else(|| {
+            let name = self.name();
+            let what = format!("failed to find load step {selector} of run `{name}`");
+            let hint = match self.last() {
+                Some(last) => format!("its committed load steps are 0 to {}", last.record.index),
+                None => {
+                    format!("it has no committed load step yet; see `femdem-flow status {name}`")
+                }
+            };
+            Failure::new(FailureKind::Usage, what).hint(hint)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lock_file_left_by_a_dead_process_is_no_owner() {
+        let folder = tempfile::tempdir().unwrap();
+        assert_eq!(owner(folder.path()), None);
+        let store = Store::open(folder.path()).unwrap();
+        assert_eq!(
+            owner(folder.path()),
+            Some(Owner {
+                pid: Some(std::process::id())
+            })
+        );
+        drop(store);
+        assert!(folder.path().join("LOCK").exists());
+        assert_eq!(owner(folder.path()), None);
+    }
+
+    #[test]
+    fn a_killed_run_is_told_apart_from_one_that_its_owner_computes() {
+        let folder = tempfile::tempdir().unwrap();
+        let open = |owner| View {
+            store: Store::open_read_only(folder.path()).unwrap(),
+            owner,
+        };
+        drop(Store::open(folder.path()).unwrap());
+        let of = |pid| Some(Owner { pid });
+        let standing = |owner, session| open(owner).standing(RunState::Running, session);
+        assert_eq!(standing(None, Some(7)), Standing::Killed);
+        assert_eq!(standing(of(Some(7)), Some(7)), Standing::Running);
+        assert_eq!(standing(of(Some(8)), Some(7)), Standing::Killed);
+        assert_eq!(standing(of(None), Some(7)), Standing::Running);
+        assert_eq!(Standing::Killed.word(), "interrupted");
+    }
+}
