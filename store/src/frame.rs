@@ -64,6 +64,19 @@ pub enum Encoding {
     Raw,
     /// Shuffled by 8-byte words and compressed: for payloads that are mostly `f64`.
     Floats,
+    /// As it is in the journal, [`Encoding::Floats`] in a pack: for payloads of which few are committed,
+    /// so that compressing the others would be work for nothing.
+    FloatsOnceSealed,
+}
+
+impl Encoding {
+    /// The encoding in a pack.
+    pub(crate) fn sealed(self) -> Self {
+        match self {
+            Self::Raw => Self::Raw,
+            Self::Floats | Self::FloatsOnceSealed => Self::Floats,
+        }
+    }
 }
 
 /// A frame as the caller gives and gets it.
@@ -142,6 +155,7 @@ impl FrameHeader {
         out[3] = match self.encoding {
             Encoding::Raw => 0,
             Encoding::Floats => 1,
+            Encoding::FloatsOnceSealed => 2,
         };
         out[4..8].copy_from_slice(&self.id.index.to_le_bytes());
         out[8..12].copy_from_slice(&self.stored_len.to_le_bytes());
@@ -159,6 +173,7 @@ impl FrameHeader {
         let encoding = match bytes[3] {
             0 => Encoding::Raw,
             1 => Encoding::Floats,
+            2 => Encoding::FloatsOnceSealed,
             _ => return None,
         };
         Some(Self {
@@ -194,12 +209,21 @@ pub(crate) fn u64_at(bytes: &[u8], at: usize) -> u64 {
 
 /// Appends the frame's bytes to `out` and says what its header is.
 pub(crate) fn encode(frame: &Frame, out: &mut Vec<u8>) -> Result<FrameHeader, FrameError> {
+    encode_as(frame.encoding, frame, out)
+}
+
+/// The same in another encoding than the frame's own.
+pub(crate) fn encode_as(
+    encoding: Encoding,
+    frame: &Frame,
+    out: &mut Vec<u8>,
+) -> Result<FrameHeader, FrameError> {
     let too_long = || FrameError::TooLong {
         id: frame.id,
         len: frame.payload.len(),
     };
-    let compressed = match frame.encoding {
-        Encoding::Raw => None,
+    let compressed = match encoding {
+        Encoding::Raw | Encoding::FloatsOnceSealed => None,
         // Compression fails only for want of memory, and what does not shrink is better stored as it is.
         Encoding::Floats => codec::compress(&frame.payload)
             .ok()
@@ -207,6 +231,9 @@ pub(crate) fn encode(frame: &Frame, out: &mut Vec<u8>) -> Result<FrameHeader, Fr
     };
     let (encoding, stored) = match &compressed {
         Some(bytes) => (Encoding::Floats, bytes.as_slice()),
+        None if encoding == Encoding::FloatsOnceSealed => {
+            (Encoding::FloatsOnceSealed, frame.payload.as_slice())
+        }
         None => (Encoding::Raw, frame.payload.as_slice()),
     };
     let header = FrameHeader {
@@ -256,7 +283,9 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<(FrameHeader, &[u8]), &'static str> 
 /// Decodes a checked payload; `None` where it does not decode to its stated length.
 pub(crate) fn decode(header: &FrameHeader, stored: &[u8]) -> Option<Vec<u8>> {
     match header.encoding {
-        Encoding::Raw => (header.stored_len == header.decoded_len).then(|| stored.to_vec()),
+        Encoding::Raw | Encoding::FloatsOnceSealed => {
+            (header.stored_len == header.decoded_len).then(|| stored.to_vec())
+        }
         Encoding::Floats => codec::decompress(stored, header.decoded_len as usize),
     }
 }

@@ -260,7 +260,7 @@ impl StepJournal {
         })
     }
 
-    /// Copies the last frame of each id, in the order of the ids, without decoding it.
+    /// Copies the last frame of each id.
     fn carry_over(
         &self,
         wave: WaveIndex,
@@ -289,7 +289,7 @@ impl StepJournal {
         at = 0;
         part::scan(&path, step, wave, |header, bytes| {
             if failed.is_none() && last.get(&header.id) == Some(&at) && carry(header.id) {
-                failed = pack.append_encoded(*header, bytes).err();
+                failed = pack.carry_over(*header, bytes).err();
             }
             at += 1;
             Ok(())

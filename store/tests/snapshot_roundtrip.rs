@@ -233,3 +233,40 @@ fn only_the_waves_kept_and_the_frames_carried_remain() {
     let journal = store.journal(&run, StepIndex(2)).unwrap();
     assert!(journal.waves().unwrap().is_empty());
 }
+
+#[test]
+fn what_is_compressed_only_once_sealed_is_whole_in_the_journal_and_small_in_the_pack() {
+    let dir = tempfile::tempdir().unwrap();
+    let store = Store::open(dir.path()).unwrap();
+    let run = store.create_run(new_run("late")).unwrap();
+    let payload: Vec<u8> = (0..4096).flat_map(|k| (k as f64).to_le_bytes()).collect();
+    let mut digests = Vec::new();
+    for (step, encoding) in [Encoding::Floats, Encoding::FloatsOnceSealed]
+        .into_iter()
+        .enumerate()
+    {
+        let mut journal = store.journal(&run.name, StepIndex(step as u32)).unwrap();
+        journal.open_wave(WaveIndex(0), b"w").unwrap();
+        let frame = Frame {
+            encoding,
+            ..Frame::content(FrameId::new(1, 0), payload.clone())
+        };
+        journal.append(WaveIndex(0), &frame).unwrap();
+        let read = journal.read_wave(WaveIndex(0)).unwrap().unwrap();
+        assert_eq!(read.frames[0].payload, payload);
+        let seal = Seal {
+            final_wave: Some(WaveIndex(0)),
+            ..Seal::default()
+        };
+        let committed = journal.commit(seal, |_| true).unwrap();
+        assert!(
+            committed.bytes < payload.len() as u64,
+            "{}",
+            committed.bytes
+        );
+        digests.push(committed.digest);
+        let step = store.step(&run.name, StepIndex(step as u32)).unwrap();
+        assert_eq!(step.frame(FrameId::new(1, 0)).unwrap(), payload);
+    }
+    assert_eq!(digests[0], digests[1], "the digest is of what frames say");
+}

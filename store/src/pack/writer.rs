@@ -54,18 +54,31 @@ impl PackWriter {
     pub(crate) fn append(&mut self, frame: &Frame) -> Result<(), PackError> {
         let mut buffer = std::mem::take(&mut self.buffer);
         buffer.clear();
-        let header = frame::encode(frame, &mut buffer)?;
+        let header = frame::encode_as(frame.encoding.sealed(), frame, &mut buffer)?;
         let result = self.append_encoded(header, &buffer);
         self.buffer = buffer;
         result
     }
 
-    /// Adds a frame that is encoded already; `bytes` is the whole frame.
-    pub(crate) fn append_encoded(
+    /// Adds a journalled frame, compressed now where that was put off; `bytes` is the whole frame.
+    pub(crate) fn carry_over(
         &mut self,
         header: FrameHeader,
         bytes: &[u8],
     ) -> Result<(), PackError> {
+        if header.encoding.sealed() == header.encoding {
+            return self.append_encoded(header, bytes);
+        }
+        self.append(&Frame {
+            id: header.id,
+            role: header.role,
+            encoding: header.encoding,
+            payload: bytes[frame::HEADER_LEN..].to_vec(),
+        })
+    }
+
+    /// Adds a frame that is encoded already; `bytes` is the whole frame.
+    fn append_encoded(&mut self, header: FrameHeader, bytes: &[u8]) -> Result<(), PackError> {
         if self.entries.contains_key(&header.id) {
             return Err(FrameError::Duplicate(header.id).into());
         }

@@ -92,7 +92,8 @@ pub fn point_frame(point: GaussPointId, state: &PointState) -> Frame {
         PointState::Rev(rev) => StoredPointRef::Rev(&rev.state),
         PointState::Elastic { stress, .. } => StoredPointRef::Elastic(stress),
     };
-    content(POINT, point.0, &stored)
+    // Of all waves only the last one's states are committed.
+    Frame { encoding: Encoding::FloatsOnceSealed, ..content(POINT, point.0, &stored) }
 }
 
 /// A point's state from its frame and the state dealt to it at step 0.
@@ -141,7 +142,7 @@ pub fn answer_frame(answer: &PointAnswer) -> Frame {
     Frame {
         id: FrameId::new(ANSWER, answer.point.0),
         role: Role::Diagnostic,
-        encoding: Encoding::Floats,
+        encoding: Encoding::FloatsOnceSealed,
         payload: encode(&stored),
     }
 }
