@@ -1,29 +1,12 @@
 //! The command line as a user meets it: wrong usage and wrong input end with exit code 2 and touch nothing, data goes to
 //! stdout, and machines get JSON.
 
+mod common;
+
 use std::fs;
 use std::path::Path;
 
-use workflows::cli::{Audience, execute};
-
-struct Outcome {
-    code: u8,
-    out: String,
-    err: String,
-}
-
-fn femdem(args: &[&str]) -> Outcome {
-    let (mut out, mut err) = (Vec::new(), Vec::new());
-    let args = std::iter::once("femdem-flow")
-        .chain(args.iter().copied())
-        .map(Into::into);
-    let code = execute(args, &mut out, &mut err, Audience::Nobody);
-    Outcome {
-        code,
-        out: String::from_utf8(out).unwrap(),
-        err: String::from_utf8(err).unwrap(),
-    }
-}
+use common::femdem;
 
 #[test]
 fn wrong_usage_is_explained_on_stderr_with_its_own_exit_code() {
@@ -59,7 +42,16 @@ fn every_verb_explains_itself() {
     assert_eq!(top.code, 0);
     assert!(top.out.contains("Exit codes:") && top.out.contains("hollow@12:e46.2"));
     for verb in [
-        "submit", "resume", "runs", "show", "status", "export", "rev", "store", "schema",
+        "submit",
+        "resume",
+        "runs",
+        "show",
+        "status",
+        "export",
+        "rev",
+        "store",
+        "schema",
+        "completions",
     ] {
         let help = femdem(&[verb, "--help"]);
         assert_eq!(help.code, 0, "{verb}");
@@ -116,6 +108,19 @@ fn the_schema_is_data() {
         "^[A-Za-z0-9_-]{1,64}$"
     );
     assert_eq!(femdem(&["schema", "--json"]).out, outcome.out);
+}
+
+#[test]
+fn completions_know_the_verbs() {
+    for shell in ["bash", "zsh", "fish"] {
+        let outcome = femdem(&["completions", shell]);
+        assert_eq!((outcome.code, outcome.err.as_str()), (0, ""));
+        assert!(
+            outcome.out.contains("resume") && outcome.out.contains("export"),
+            "{shell}"
+        );
+    }
+    assert_eq!(femdem(&["completions", "dos"]).code, 2);
 }
 
 #[test]

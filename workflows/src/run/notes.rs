@@ -110,3 +110,48 @@ fn mismatches(problem: &Problem, body: &Body, model: &Model) -> Vec<String> {
     }
     found
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(pressure: &str, region: &str) -> Vec<String> {
+        let text = format!(
+            "name: t\nmesh: {{ rectangle: {{ size: [1.0, 1.0], elements: [2, 2] }} }}\n\
+             materials: {{ sand: {{ rev: {{}} }} }}\nmaterial: sand\nloads: {{ side: {pressure} }}\n\
+             regions: [ {{ name: part, box: {{ from: {region}, to: [1, 1] }}, material: sand }} ]\n\
+             boundary:\n  - {{ on: bottom, displacement: {{ y: 0 }} }}\n  - {{ on: left, displacement: {{ x: 0 }} }}\n  \
+             - {{ on: top, pressure: 1 }}\n  - {{ on: right, pressure: side }}\n\
+             programme: [ {{ name: a, ramp: {{ side: 2 }}, steps: 1 }} ]\n"
+        );
+        let problem = crate::input::parse(&text, "t.yaml", std::path::Path::new("."));
+        notes(&problem.unwrap_or_else(|errors| panic!("{errors}"))).unwrap()
+    }
+
+    #[test]
+    fn an_input_that_fits_is_passed_in_silence() {
+        assert_eq!(of("1.0", "[0.5, 0]"), Vec::<String>::new());
+    }
+
+    #[test]
+    fn a_pressure_forgotten_at_the_start_is_told_before_hours_are_spent() {
+        let notes = of("0.5", "[0.5, 0]");
+        assert_eq!(notes.len(), 1, "{notes:?}");
+        let expected = "`right` begins at pressure 0.5, material `sand` behind it at 1";
+        assert!(
+            notes[0].contains("not in balance") && notes[0].contains(expected),
+            "{notes:?}"
+        );
+        // `top` fits, so it is not blamed.
+        assert!(!notes[0].contains("`top`"), "{notes:?}");
+    }
+
+    #[test]
+    fn a_region_beside_all_element_centres_is_told() {
+        let notes = of("1.0", "[0.9, 0.9]");
+        assert!(
+            notes.len() == 1 && notes[0].contains("`part` selects no element"),
+            "{notes:?}"
+        );
+    }
+}
