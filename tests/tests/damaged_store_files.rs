@@ -122,7 +122,7 @@ fn damage_ends_in_the_same_digests_or_in_a_clear_refusal() {
     files.retain(|file| !file.ends_with("LOCK"));
     assert!(files.len() >= 8, "{files:?}");
     let (mut random, mut arrived, mut refused) = (Random::new(5), 0, 0);
-    for file in &files {
+    for file in files.iter().chain(&files) {
         let place = Workplace::new();
         copy(&original.store(), &place.store());
         let victim = place
@@ -131,7 +131,7 @@ fn damage_ends_in_the_same_digests_or_in_a_clear_refusal() {
         let case = damage(&victim, &mut random);
         // Looking at a damaged store must not make it worse.
         for look in [
-            &["store", "check", "--full"][..],
+            &["store", "check", "--deep"][..],
             &["show", RUN],
             &["runs"],
             &["status"],
@@ -153,8 +153,8 @@ fn damage_ends_in_the_same_digests_or_in_a_clear_refusal() {
         }
     }
     println!(
-        "{} files damaged: {arrived} runs arrived, {refused} were refused",
-        files.len()
+        "{} damages: {arrived} runs arrived, {refused} were refused",
+        2 * files.len()
     );
     assert!(
         arrived > 0 && refused > 0,
