@@ -79,7 +79,12 @@ impl Attempt {
         Self {
             solver,
             journal,
-            wave: Wave { index: 0, base: Base::Committed, start: None, points: Vec::new() },
+            wave: Wave {
+                index: 0,
+                base: Base::Committed,
+                start: None,
+                points: Vec::new(),
+            },
             join: None,
             ends: BTreeMap::new(),
             answers: Vec::new(),
@@ -100,9 +105,9 @@ impl Attempt {
         let Some(&last) = journal.waves()?.last() else {
             return Ok(Err(journal));
         };
-        let header = journal.read_wave(last)?.and_then(|contents| {
-            rmp_serde::from_slice::<WaveHeader>(&contents.header).ok()
-        });
+        let header = journal
+            .read_wave(last)?
+            .and_then(|contents| rmp_serde::from_slice::<WaveHeader>(&contents.header).ok());
         let restored = match header {
             Some(header) if header.from == committed.digest => {
                 match StepSolver::restore(problem, header.solver) {
@@ -157,7 +162,12 @@ impl Attempt {
         };
         let index = WaveIndex(wave.index);
         self.journal.open_wave(index, &frames::encode(&header))?;
-        let mut live: Vec<WaveIndex> = self.solver.live_waves().into_iter().map(WaveIndex).collect();
+        let mut live: Vec<WaveIndex> = self
+            .solver
+            .live_waves()
+            .into_iter()
+            .map(WaveIndex)
+            .collect();
         live.push(index);
         self.journal.keep(&live)?;
         self.answers = read_answers(&mut self.journal, index, committed.points)?;
@@ -169,7 +179,10 @@ impl Attempt {
         self.done = 0;
         let mut tasks = Vec::new();
         for (element, points) in wave.points.chunks(per_element).enumerate() {
-            if points.iter().all(|(point, _)| self.answers[point.index()].is_some()) {
+            if points
+                .iter()
+                .all(|(point, _)| self.answers[point.index()].is_some())
+            {
                 self.done += 1;
                 continue;
             }
@@ -181,12 +194,17 @@ impl Attempt {
                         Base::Committed => Arc::clone(&committed.points[point.index()]),
                         Base::Wave(k) => Arc::clone(&self.ends[&k][point.index()].state),
                     },
-                    start: wave.start.map(|k| Arc::clone(&self.ends[&k][point.index()])),
+                    start: wave
+                        .start
+                        .map(|k| Arc::clone(&self.ends[&k][point.index()])),
                     gradient: *gradient,
                 })
                 .collect();
-            let job =
-                ElementJob { element: element as u32, points, settings: policy.settings };
+            let job = ElementJob {
+                element: element as u32,
+                points,
+                settings: policy.settings,
+            };
             let spec = TaskSpec::new(format!("e{element}"), Job::Element(job))
                 .retry(policy.retry)
                 .time_limit(policy.time_limit);
@@ -208,10 +226,12 @@ impl Attempt {
     pub fn take(&mut self, answers: Vec<PointAnswer>) -> Result<(), RunError> {
         let wave = WaveIndex(self.wave.index);
         for answer in answers {
-            self.journal.append(wave, &frames::point_frame(answer.point, &answer.end.state))?;
+            self.journal
+                .append(wave, &frames::point_frame(answer.point, &answer.end.state))?;
             self.journal.append(wave, &frames::answer_frame(&answer))?;
             let slot = self.answers.get_mut(answer.point.index());
-            *slot.ok_or_else(|| RunError::Engine("an answer to no question".into()))? = Some(answer);
+            *slot.ok_or_else(|| RunError::Engine("an answer to no question".into()))? =
+                Some(answer);
         }
         self.journal.flush()?;
         self.done += 1;
@@ -221,9 +241,13 @@ impl Attempt {
     /// The answers of the whole wave in Gauss point order, when all are there; their end states are
     /// kept for the waves to come.
     pub fn collect(&mut self) -> Option<Vec<PointAnswer>> {
-        let answers: Vec<PointAnswer> =
-            std::mem::take(&mut self.answers).into_iter().collect::<Option<_>>()?;
-        self.ends.insert(self.wave.index, answers.iter().map(|a| Arc::clone(&a.end)).collect());
+        let answers: Vec<PointAnswer> = std::mem::take(&mut self.answers)
+            .into_iter()
+            .collect::<Option<_>>()?;
+        self.ends.insert(
+            self.wave.index,
+            answers.iter().map(|a| Arc::clone(&a.end)).collect(),
+        );
         Some(answers)
     }
 
@@ -250,8 +274,11 @@ fn read_answers(
     let Some(contents) = journal.read_wave(wave)? else {
         return Ok(answers);
     };
-    let bytes: BTreeMap<FrameId, &[u8]> =
-        contents.frames.iter().map(|frame| (frame.id, frame.payload.as_slice())).collect();
+    let bytes: BTreeMap<FrameId, &[u8]> = contents
+        .frames
+        .iter()
+        .map(|frame| (frame.id, frame.payload.as_slice()))
+        .collect();
     for (point, slot) in answers.iter_mut().enumerate() {
         let id = GaussPointId(point as u32);
         let state = bytes.get(&FrameId::new(POINT, id.0));
@@ -272,5 +299,8 @@ fn read_ends(
     dealt: &[Arc<PointState>],
 ) -> Result<Option<Vec<Arc<PointEnd>>>, RunError> {
     let answers: Result<_, RunError> = read_answers(journal, wave, dealt);
-    Ok(answers?.into_iter().map(|answer| answer.map(|a| a.end)).collect())
+    Ok(answers?
+        .into_iter()
+        .map(|answer| answer.map(|a| a.end))
+        .collect())
 }

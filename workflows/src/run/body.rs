@@ -101,7 +101,10 @@ impl BodySteps {
             core.store.free_space_guard(self.last_bytes)?;
         }
         let journal = core.store.journal(core.run, StepIndex(self.step + 1))?;
-        let committed = Committed { digest: self.digest, points: &self.points };
+        let committed = Committed {
+            digest: self.digest,
+            points: &self.points,
+        };
         let (attempt, journal) = match Attempt::restore(journal, &self.model.problem, committed)? {
             Ok((attempt, place, cuts)) => {
                 self.schedule.place = place;
@@ -143,10 +146,18 @@ impl BodySteps {
         outcome: TaskOutcome<Job>,
         core: &mut Core<'_>,
     ) -> Result<(), RunError> {
-        let Some(attempt) = &mut self.attempt else { return Ok(()) };
-        let Some(&element) = attempt.tasks.get(&id) else { return Ok(()) };
+        let Some(attempt) = &mut self.attempt else {
+            return Ok(());
+        };
+        let Some(&element) = attempt.tasks.get(&id) else {
+            return Ok(());
+        };
         match outcome {
-            Ok(Finished { output: Done::Element(answers), cpu, .. }) => {
+            Ok(Finished {
+                output: Done::Element(answers),
+                cpu,
+                ..
+            }) => {
                 for report in answers.iter().filter_map(|answer| answer.report.as_ref()) {
                     self.summary.revs.add(report);
                 }
@@ -160,7 +171,10 @@ impl BodySteps {
             Ok(_) => return Err(RunError::Engine("an element gave something else".into())),
             Err(failure) => {
                 self.summary.cpu_s += failure.cpu.as_secs_f64();
-                if matches!(failure.cause, Cause::Cancelled | Cause::Failed(JobError::Stopped)) {
+                if matches!(
+                    failure.cause,
+                    Cause::Cancelled | Cause::Failed(JobError::Stopped)
+                ) {
                     return Ok(());
                 }
                 let per_element = self.model.problem.points_per_element() as u32;
@@ -183,7 +197,9 @@ impl BodySteps {
         core: &mut Core<'_>,
         graph: &mut GraphHandle<Job>,
     ) -> Result<(), RunError> {
-        let Some(attempt) = &mut self.attempt else { return Ok(()) };
+        let Some(attempt) = &mut self.attempt else {
+            return Ok(());
+        };
         if attempt.join != Some(id) {
             return Ok(());
         }
@@ -194,8 +210,10 @@ impl BodySteps {
                 // Cancelled: what is missing stays missing until the run is resumed.
                 return Ok(());
             };
-            let responses: Vec<ConstitutiveResponse<2>> =
-                answers.iter().map(super::point::PointAnswer::response).collect();
+            let responses: Vec<ConstitutiveResponse<2>> = answers
+                .iter()
+                .map(super::point::PointAnswer::response)
+                .collect();
             let request = attempt.solver.advance(&responses);
             if let Some(sweep) = attempt.solver.sweeps().last() {
                 core.iteration(self.step + 1, sweep);
@@ -219,9 +237,14 @@ impl BodySteps {
     ) -> Result<(), RunError> {
         match request {
             Request::Evaluate(wave) => {
-                let Some(attempt) = &mut self.attempt else { return Ok(()) };
+                let Some(attempt) = &mut self.attempt else {
+                    return Ok(());
+                };
                 attempt.forget();
-                let committed = Committed { digest: self.digest, points: &self.points };
+                let committed = Committed {
+                    digest: self.digest,
+                    points: &self.points,
+                };
                 attempt.send(
                     wave,
                     &self.model.problem,
@@ -230,7 +253,12 @@ impl BodySteps {
                     &self.policy,
                     graph,
                 )?;
-                core.wave_started(self.step + 1, attempt.wave(), attempt.elements, attempt.done);
+                core.wave_started(
+                    self.step + 1,
+                    attempt.wave(),
+                    attempt.elements,
+                    attempt.done,
+                );
                 Ok(())
             }
             Request::Converged(outcome) => {
@@ -253,11 +281,18 @@ impl BodySteps {
         let step = self.step + 1;
         match self.schedule.cut() {
             Ok(()) => {
-                core.step_cut(step, self.schedule.place.control.factor(), &failure.to_string());
+                core.step_cut(
+                    step,
+                    self.schedule.place.control.factor(),
+                    &failure.to_string(),
+                );
                 self.begin(core, graph)
             }
             Err(too_small) => {
-                let stage = self.interval.as_ref().map_or("", |interval| interval.stage.as_str());
+                let stage = self
+                    .interval
+                    .as_ref()
+                    .map_or("", |interval| interval.stage.as_str());
                 core.ending = Some(Ending::Failed(format!(
                     "load step {step} (stage `{stage}`) cannot be solved: {failure}; {too_small}"
                 )));
@@ -267,8 +302,12 @@ impl BodySteps {
     }
 
     fn commit(&mut self, outcome: StepOutcome<2>, core: &mut Core<'_>) -> Result<(), RunError> {
-        let Some(attempt) = self.attempt.take() else { return Ok(()) };
-        let Some(interval) = self.interval.take() else { return Ok(()) };
+        let Some(attempt) = self.attempt.take() else {
+            return Ok(());
+        };
+        let Some(interval) = self.interval.take() else {
+            return Ok(());
+        };
         let begun = Instant::now();
         let points = attempt
             .states_of(outcome.wave)

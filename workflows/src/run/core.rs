@@ -53,14 +53,22 @@ impl<'a> Core<'a> {
             .append(true)
             .open(&path)
             .map_err(|error| RunError::File { path, error })?;
-        Ok(Self { store, run, progress, ending: None, log: Some(log) })
+        Ok(Self {
+            store,
+            run,
+            progress,
+            ending: None,
+            log: Some(log),
+        })
     }
 
     /// Appends one line to the event log: others read from it how far the run is. A log that cannot be
     /// written any more is given up with a warning; the run does not depend on it.
     pub fn log(&mut self, event: &str, data: &impl Serialize) {
         let Some(log) = &mut self.log else { return };
-        let at = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |d| d.as_secs_f64());
+        let at = SystemTime::now()
+            .duration_since(UNIX_EPOCH)
+            .map_or(0.0, |d| d.as_secs_f64());
         let line = json!({ "at": at, "event": event, "data": data });
         if let Err(error) = writeln!(log, "{line}") {
             tracing::warn!(%error, "the event log cannot be written any more");
@@ -70,7 +78,8 @@ impl<'a> Core<'a> {
 
     /// A load step begins, or is taken up again.
     pub fn step_started(&mut self, step: u32, interval: &Interval, increments: u64) {
-        self.progress.step_started(interval.increment, increments, &interval.stage);
+        self.progress
+            .step_started(interval.increment, increments, &interval.stage);
         self.log(
             "step_started",
             &json!({
@@ -85,8 +94,12 @@ impl<'a> Core<'a> {
 
     /// A wave is out.
     pub fn wave_started(&mut self, step: u32, wave: u32, tasks: usize, done: usize) {
-        self.progress.wave_started(wave + 1, tasks as u64, done as u64);
-        self.log("wave_started", &json!({ "step": step, "wave": wave, "tasks": tasks, "done": done }));
+        self.progress
+            .wave_started(wave + 1, tasks as u64, done as u64);
+        self.log(
+            "wave_started",
+            &json!({ "step": step, "wave": wave, "tasks": tasks, "done": done }),
+        );
     }
 
     /// A wave was assembled.
@@ -98,13 +111,19 @@ impl<'a> Core<'a> {
     /// The step is tried again, shorter.
     pub fn step_cut(&mut self, step: u32, factor: f64, reason: &str) {
         self.progress.step_cut(factor, reason);
-        self.log("step_cut", &json!({ "step": step, "factor": factor, "reason": reason }));
+        self.log(
+            "step_cut",
+            &json!({ "step": step, "factor": factor, "reason": reason }),
+        );
     }
 
     /// A task failed for good.
     pub fn log_failure(&mut self, element: u32, reason: &str, kept: Option<&Path>) {
         let kept = kept.map(|path| path.display().to_string());
-        self.log("task_failed", &json!({ "element": element, "reason": reason, "kept": kept }));
+        self.log(
+            "task_failed",
+            &json!({ "element": element, "reason": reason, "kept": kept }),
+        );
     }
 
     /// A step is committed.

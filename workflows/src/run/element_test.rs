@@ -35,7 +35,10 @@ pub struct TestState {
 impl TestState {
     /// The state before the first step.
     pub fn initial(stress: Tensor2<2>) -> Self {
-        Self { gradient: tensor::identity(), stress }
+        Self {
+            gradient: tensor::identity(),
+            stress,
+        }
     }
 }
 
@@ -121,7 +124,11 @@ impl TestSteps {
         }
         graph.forget_before(id);
         match outcome {
-            Ok(Finished { output: Done::Drive(driven), cpu, .. }) => {
+            Ok(Finished {
+                output: Done::Drive(driven),
+                cpu,
+                ..
+            }) => {
                 self.summary.cpu_s += cpu.as_secs_f64();
                 self.summary.revs.add(&driven.report);
                 core.progress.task_done();
@@ -129,9 +136,14 @@ impl TestSteps {
                 self.commit(*driven, core)?;
                 self.begin(core, graph)
             }
-            Ok(_) => Err(RunError::Engine("an element test gave something else".into())),
+            Ok(_) => Err(RunError::Engine(
+                "an element test gave something else".into(),
+            )),
             Err(failure) => {
-                if matches!(failure.cause, Cause::Cancelled | Cause::Failed(JobError::Stopped)) {
+                if matches!(
+                    failure.cause,
+                    Cause::Cancelled | Cause::Failed(JobError::Stopped)
+                ) {
                     return Ok(());
                 }
                 let reason = failure.cause.to_string();
@@ -154,11 +166,16 @@ impl TestSteps {
     }
 
     fn commit(&mut self, driven: Driven, core: &mut Core<'_>) -> Result<(), RunError> {
-        let Some(interval) = self.interval.take() else { return Ok(()) };
+        let Some(interval) = self.interval.take() else {
+            return Ok(());
+        };
         let journal = core.store.journal(core.run, StepIndex(self.step + 1))?;
         let cuts = self.schedule.cuts;
         self.schedule.accept(1);
-        self.state = TestState { gradient: driven.gradient, stress: driven.stress };
+        self.state = TestState {
+            gradient: driven.gradient,
+            stress: driven.stress,
+        };
         let summary = StepSummary {
             increment: interval.increment,
             stage: interval.stage,

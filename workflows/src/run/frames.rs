@@ -51,7 +51,11 @@ pub struct DecodeError {
 
 impl DecodeError {
     pub(super) fn new(id: FrameId, reason: impl std::fmt::Display) -> Self {
-        Self { kind: id.kind, index: id.index, reason: reason.to_string() }
+        Self {
+            kind: id.kind,
+            index: id.index,
+            reason: reason.to_string(),
+        }
     }
 }
 
@@ -93,7 +97,10 @@ pub fn point_frame(point: GaussPointId, state: &PointState) -> Frame {
         PointState::Elastic { stress, .. } => StoredPointRef::Elastic(stress),
     };
     // Of all waves only the last one's states are committed.
-    Frame { encoding: Encoding::FloatsOnceSealed, ..content(POINT, point.0, &stored) }
+    Frame {
+        encoding: Encoding::FloatsOnceSealed,
+        ..content(POINT, point.0, &stored)
+    }
 }
 
 /// A point's state from its frame and the state dealt to it at step 0.
@@ -109,7 +116,10 @@ pub fn read_point(
     match (decode(id, bytes)?, dealt) {
         (StoredPoint::Rev(state), PointState::Rev(rev)) => {
             if state.positions.len() != rev.grains.radii.len() {
-                return Err(DecodeError::new(id, "it has another number of grains than its packing"));
+                return Err(DecodeError::new(
+                    id,
+                    "it has another number of grains than its packing",
+                ));
             }
             Ok(PointState::Rev(with_state(rev, state)))
         }
@@ -162,7 +172,10 @@ pub fn read_answer(
         .ok_or_else(|| DecodeError::new(id, "the rotations are torn"))?;
     Ok(PointAnswer {
         point,
-        end: Arc::new(PointEnd { state: Arc::new(state), rotations }),
+        end: Arc::new(PointEnd {
+            state: Arc::new(state),
+            rotations,
+        }),
         stress: stored.stress,
         tangent: stored.tangent,
         elastic_tangent: stored.elastic_tangent,
@@ -190,8 +203,10 @@ impl Deal {
     /// The initial states, points with the same packing sharing it. `None` for a packing that is
     /// not there.
     pub fn states(&self, packings: &[Packing]) -> Option<Vec<Arc<PointState>>> {
-        let shared: Vec<Arc<PointState>> =
-            packings.iter().map(|p| Arc::new(PointState::Rev(p.rev.clone()))).collect();
+        let shared: Vec<Arc<PointState>> = packings
+            .iter()
+            .map(|p| Arc::new(PointState::Rev(p.rev.clone())))
+            .collect();
         self.points
             .iter()
             .map(|dealt| match dealt {

@@ -54,6 +54,11 @@ fn cpu_features() -> Vec<String> {
     #[cfg(not(target_arch = "x86_64"))]
     let found: [(&str, bool); 0] = [];
     let mut names = vec![std::env::consts::ARCH.to_owned()];
-    names.extend(found.iter().filter(|(_, there)| *there).map(|(name, _)| (*name).to_owned()));
+    names.extend(
+        found
+            .iter()
+            .filter(|(_, there)| *there)
+            .map(|(name, _)| (*name).to_owned()),
+    );
     names
 }

@@ -85,15 +85,20 @@ pub fn submit(
 pub fn resume(context: &Context<'_>, run: &RunName) -> Result<Report, Failure> {
     let name = store_name(run)?;
     let store = open_existing(context)?;
-    let names = store.run_names().map_err(|error| explain("list the runs", error.into()))?;
+    let names = store
+        .run_names()
+        .map_err(|error| explain("list the runs", error.into()))?;
     if !names.contains(&name) {
         return Err(no_such_run(name.as_str(), &names));
     }
-    let record = store.run(&name).map_err(|error| explain("find the run", error.into()))?;
+    let record = store
+        .run(&name)
+        .map_err(|error| explain("find the run", error.into()))?;
     if record.state == RunState::Completed {
         return ended::ended(context, &store, &name, &session::SessionEnd::Completed);
     }
-    let manifest = session::manifest(&record.manifest).map_err(|error| explain("resume the run", error))?;
+    let manifest =
+        session::manifest(&record.manifest).map_err(|error| explain("resume the run", error))?;
     go(context, &store, &name, &manifest.problem)
 }
 
@@ -111,9 +116,8 @@ fn go(
 impl Context<'_> {
     /// Worker threads: as asked for, or one a core.
     fn threads(&self) -> NonZeroUsize {
-        self.threads.unwrap_or_else(|| {
-            std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN)
-        })
+        self.threads
+            .unwrap_or_else(|| std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN))
     }
 }
 

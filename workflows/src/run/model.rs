@@ -46,7 +46,10 @@ impl Model {
         let conditions = conditions(body, &mesh);
         let problem = Problem::plane_strain(mesh, conditions, loads)
             .map_err(|error| RunError::Model(error.to_string()))?;
-        Ok(Self { problem: Arc::new(problem), materials })
+        Ok(Self {
+            problem: Arc::new(problem),
+            materials,
+        })
     }
 }
 
@@ -86,7 +89,10 @@ fn conditions(body: &Body, mesh: &Mesh<2>) -> Vec<Condition> {
                 conditions.push(Condition::displacement(target, component, amount(value)));
             }
             ConditionKind::Pressure(value) => {
-                conditions.push(Condition::Pressure { boundary: on.clone(), value: amount(value) });
+                conditions.push(Condition::Pressure {
+                    boundary: on.clone(),
+                    value: amount(value),
+                });
             }
             ConditionKind::Traction(values) => {
                 for (component, value) in values.into_iter().enumerate() {
@@ -116,7 +122,9 @@ fn amount(amount: Amount) -> Value {
 /// How a load step is solved: in two phases where grains answer, by plain Newton where nothing but
 /// elastic laws does.
 pub fn step_settings(solver: &SolverSettings, materials: &[Material]) -> StepSettings {
-    let grains = materials.iter().any(|material| matches!(material.law, Law::Rev(_)));
+    let grains = materials
+        .iter()
+        .any(|material| matches!(material.law, Law::Rev(_)));
     let strategy = if grains {
         Strategy::TwoPhase(TwoPhase {
             sweeps: solver.iterations as usize,
@@ -125,7 +133,9 @@ pub fn step_settings(solver: &SolverSettings, materials: &[Material]) -> StepSet
             ..TwoPhase::default()
         })
     } else {
-        Strategy::Plain { max_sweeps: solver.iterations as usize }
+        Strategy::Plain {
+            max_sweeps: solver.iterations as usize,
+        }
     };
     StepSettings {
         force_tolerance: solver.force_tolerance,
@@ -146,5 +156,8 @@ pub fn step_control(solver: &SolverSettings) -> StepControlSettings {
 
 /// How a REV is solved.
 pub fn rev_settings(solver: &SolverSettings) -> solver_dem::Settings {
-    solver_dem::Settings { tolerance: solver.rev_tolerance, ..solver_dem::Settings::default() }
+    solver_dem::Settings {
+        tolerance: solver.rev_tolerance,
+        ..solver_dem::Settings::default()
+    }
 }

@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use solver_dem::{Report, Rev, RevState, Start, respond};
-use solver_fem::{ConstitutiveResponse, GaussPointId, Smoothness, Tensor2, Tensor4, elastic::Elastic};
+use solver_fem::{
+    ConstitutiveResponse, GaussPointId, Smoothness, Tensor2, Tensor4, elastic::Elastic,
+};
 use thiserror::Error;
 
 /// A REV in two dimensions.
@@ -88,12 +90,19 @@ impl PointTask {
         match &*self.base {
             PointState::Rev(rev) => self.evaluate_rev(rev, settings),
             PointState::Elastic { law, stress } => {
-                let response =
-                    law.respond(stress, &self.gradient).map_err(|error| error.to_string())?;
-                let state = PointState::Elastic { law: *law, stress: response.stress };
+                let response = law
+                    .respond(stress, &self.gradient)
+                    .map_err(|error| error.to_string())?;
+                let state = PointState::Elastic {
+                    law: *law,
+                    stress: response.stress,
+                };
                 Ok(PointAnswer {
                     point: self.point,
-                    end: Arc::new(PointEnd { state: Arc::new(state), rotations: Vec::new() }),
+                    end: Arc::new(PointEnd {
+                        state: Arc::new(state),
+                        rotations: Vec::new(),
+                    }),
                     stress: response.stress,
                     tangent: response.tangent,
                     elastic_tangent: response.elastic_tangent,
@@ -109,9 +118,10 @@ impl PointTask {
         settings: &solver_dem::Settings,
     ) -> Result<PointAnswer, String> {
         let start = self.start.as_deref().and_then(|end| match &*end.state {
-            PointState::Rev(state) => {
-                Some(Start { state: &state.state, rotations: &end.rotations })
-            }
+            PointState::Rev(state) => Some(Start {
+                state: &state.state,
+                rotations: &end.rotations,
+            }),
             PointState::Elastic { .. } => None,
         });
         let response =
@@ -119,7 +129,10 @@ impl PointTask {
         let state = PointState::Rev(with_state(rev, response.state));
         Ok(PointAnswer {
             point: self.point,
-            end: Arc::new(PointEnd { state: Arc::new(state), rotations: response.rotations }),
+            end: Arc::new(PointEnd {
+                state: Arc::new(state),
+                rotations: response.rotations,
+            }),
             stress: response.stress,
             tangent: response.tangent,
             elastic_tangent: response.elastic_tangent,
@@ -130,7 +143,11 @@ impl PointTask {
 
 /// The same grains in another state.
 pub fn with_state(rev: &PlaneRev, state: RevState<2, 1>) -> PlaneRev {
-    Rev { grains: Arc::clone(&rev.grains), law: rev.law, state }
+    Rev {
+        grains: Arc::clone(&rev.grains),
+        law: rev.law,
+        state,
+    }
 }
 
 impl PointAnswer {

@@ -51,8 +51,15 @@ impl Schedule {
     pub fn new(programme: &Programme, control: StepControlSettings) -> Self {
         Self {
             steps: programme.steps(),
-            stages: programme.stages.iter().map(|stage| stage.name.clone()).collect(),
-            place: Place { increments: 0, control: StepControl::new(control) },
+            stages: programme
+                .stages
+                .iter()
+                .map(|stage| stage.name.clone())
+                .collect(),
+            place: Place {
+                increments: 0,
+                control: StepControl::new(control),
+            },
             cuts: 0,
         }
     }
@@ -72,10 +79,13 @@ impl Schedule {
                 self.place.control.interval()?
             }
         };
-        let step = self.steps.get(usize::try_from(self.place.increments).ok()?)?;
+        let step = self
+            .steps
+            .get(usize::try_from(self.place.increments).ok()?)?;
         let at = |x: f64| -> Vec<f64> {
             let ends = step.from.iter().zip(&step.to);
-            ends.map(|(a, b)| if x >= 1.0 { *b } else { a + (b - a) * x }).collect()
+            ends.map(|(a, b)| if x >= 1.0 { *b } else { a + (b - a) * x })
+                .collect()
         };
         Some(Interval {
             increment: step.index,
