@@ -97,14 +97,15 @@ fn a_wrong_input_leaves_the_store_as_it_is() {
     assert_eq!(contents(&place.store()), before);
 }
 
-/// What the input language lets pass, the solvers must take: a refusal after the run is created leaves a run that can
-/// never be resumed.
+/// A refusal after the run is created would leave a run that can never be resumed, under the name that the corrected
+/// input wants.
 #[test]
-fn a_packing_that_is_none_is_refused() {
+fn a_packing_that_is_none_is_refused_before_there_is_a_run() {
     let place = Workplace::new();
     place.write("packing.json", "{ \"radii\": [1.0] }");
     let text = inputs::biaxial("imported", 30, 1).replace("grains: 30", "import: packing.json");
     let file = place.write("imported.yaml", &text);
     let outcome = place.run(["submit", file.to_str().unwrap()]).ended_with(2);
     assert!(outcome.err.contains("packing.json"), "{}", outcome.err);
+    assert!(!place.store().exists(), "a store was made");
 }

@@ -40,7 +40,7 @@ struct Round {
 
 fn main() -> ExitCode {
     let args = Args::parse();
-    let input = inputs::biaxial(RUN, 40, args.steps);
+    let input = inputs::biaxial(RUN, 100, args.steps);
     let calm_place = Workplace::new();
     let file = calm_place.write("calm.yaml", &input);
     let calm = Ordeal {

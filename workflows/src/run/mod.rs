@@ -74,6 +74,8 @@ pub fn submit(
     for note in notes::notes(&problem).map_err(|error| explain("set up the problem", error))? {
         context.progress.note(&note);
     }
+    // What a run begins with is tried before there is one: a run that cannot begin could never be resumed.
+    packings::Plan::of_problem(&problem).map_err(|error| explain("set up the problem", error))?;
     let store = open(context)?;
     let threads = context.threads();
     let run = session::create(&store, name, problem.clone(), threads)
