@@ -35,6 +35,10 @@ pub struct CommittedStep {
     pub iterations: u32,
     /// Unbalanced force over the reactions at its end.
     pub residual: f64,
+    /// How much of the load step of the programme is done with it: 1, unless the step was cut.
+    pub position: f64,
+    /// Whether the residual is above the tolerance, and was accepted because no iteration got it lower.
+    pub loosely_accepted: bool,
 }
 
 /// Tells nobody.

@@ -353,6 +353,8 @@ impl BodySteps {
             of: self.schedule.increments(),
             iterations: summary.sweeps.len() as u32,
             residual: summary.residual,
+            position: summary.position,
+            loosely_accepted: summary.loosely_accepted,
         };
         core.step_committed(self.step, &committed, &summary, &line);
         Ok(())

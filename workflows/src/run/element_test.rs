@@ -203,6 +203,8 @@ impl TestSteps {
             of: self.schedule.increments(),
             iterations: 1,
             residual: summary.residual,
+            position: summary.position,
+            loosely_accepted: summary.loosely_accepted,
         };
         core.step_committed(self.step, &committed, &summary, &line);
         Ok(())

@@ -123,6 +123,8 @@ mod tests {
             of: 2,
             iterations: 1,
             residual: 1e-3,
+            position: 1.0,
+            loosely_accepted: false,
         });
         bar.finished();
     }

@@ -109,6 +109,8 @@ pub fn committed(step: &CommittedStep, remaining: &mut Remaining) -> String {
         of,
         iterations,
         residual,
+        position,
+        loosely_accepted,
     } = *step;
     let left = match (
         of.saturating_sub(step),
@@ -118,8 +120,16 @@ pub fn committed(step: &CommittedStep, remaining: &mut Remaining) -> String {
         (_, Some(time)) => format!(", about {} left", in_words(time)),
     };
     let plural = if iterations == 1 { "" } else { "s" };
+    let part = match position {
+        whole if whole >= 1.0 => String::new(),
+        part => format!(" up to {part:.3} of it"),
+    };
+    let loose = match loosely_accepted {
+        true => " (ABOVE the tolerance, no iteration came lower)",
+        false => "",
+    };
     format!(
-        "step {step}/{of} committed: {iterations} iteration{plural}, residual {residual:.1e}, {took}{left}"
+        "step {step}/{of} committed{part}: {iterations} iteration{plural}, residual {residual:.1e}{loose}, {took}{left}"
     )
 }
 
@@ -157,8 +167,18 @@ mod tests {
                 of: 2,
                 iterations: 1,
                 residual: 3.16e-4,
+                position: 1.0,
+                loosely_accepted: false,
             });
         }
+        lines.step_committed(&CommittedStep {
+            step: 2,
+            of: 2,
+            iterations: 28,
+            residual: 1.5e-3,
+            position: 0.25,
+            loosely_accepted: true,
+        });
         lines.finished();
         let text = String::from_utf8(out.0.lock().unwrap().clone()).unwrap();
         assert_eq!(
@@ -167,7 +187,9 @@ mod tests {
              step 1/2 unloading: iteration 1, residual 3.2e-4, 192 REV tasks\n\
              step 1/2 committed: 1 iteration, residual 3.2e-4, 0 s, about 0 s left\n\
              step 2/2 unloading: iteration 1, residual 3.2e-4, 192 REV tasks\n\
-             step 2/2 committed: 1 iteration, residual 3.2e-4, 0 s\n"
+             step 2/2 committed: 1 iteration, residual 3.2e-4, 0 s\n\
+             step 2/2 committed up to 0.250 of it: 28 iterations, residual 1.5e-3 (ABOVE the tolerance, no iteration \
+             came lower), 0 s\n"
         );
     }
 }
