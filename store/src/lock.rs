@@ -11,7 +11,7 @@ use crate::layout::Layout;
 /// The lock, held until dropped. The file stays: removing it would let two owners lock two files.
 #[derive(Debug)]
 pub(crate) struct Lock {
-    _file: File,
+    file: File,
 }
 
 impl Lock {
@@ -42,7 +42,17 @@ impl Lock {
             .and_then(|()| file.rewind())
             .and_then(|()| file.write_all(text.as_bytes()))
             .map_err(IoFailure::of("write", &path))?;
-        Ok(Self { _file: file })
+        Ok(Self { file })
+    }
+}
+
+impl Drop for Lock {
+    fn drop(&mut self) {
+        // Closing alone would not do: a child that this process is just starting has a copy of the descriptor until
+        // it runs its own program, and the lock lasts as long as any copy is open.
+        if let Err(errno) = flock(&self.file, FlockOperation::Unlock) {
+            tracing::warn!(%errno, "the store's lock could not be released before its file is closed");
+        }
     }
 }
 
