@@ -1,18 +1,13 @@
 //! What all phases of a run share: the store, who is told, and how it ends.
 
-use std::{
-    fs::File,
-    io::Write,
-    path::Path,
-    time::{SystemTime, UNIX_EPOCH},
-};
+use std::path::Path;
 
 use serde::Serialize;
 use serde_json::json;
 use solver_fem::newton::SweepReport;
 use store::{Committed, RunName, Store};
 
-use super::{error::RunError, schedule::Interval, summary::StepSummary};
+use super::{error::RunError, event_log::EventLog, schedule::Interval, summary::StepSummary};
 use crate::progress::{CommittedStep, Progress};
 
 /// How a run ended by itself.
@@ -34,7 +29,7 @@ pub struct Core<'a> {
     pub progress: &'a dyn Progress,
     /// How it ended; `None` while it goes on, and when it was interrupted.
     pub ending: Option<Ending>,
-    log: Option<File>,
+    log: EventLog,
 }
 
 impl<'a> Core<'a> {
@@ -48,32 +43,19 @@ impl<'a> Core<'a> {
         progress: &'a dyn Progress,
     ) -> Result<Self, RunError> {
         let path = store.events_path(run);
-        let log = File::options()
-            .create(true)
-            .append(true)
-            .open(&path)
-            .map_err(|error| RunError::File { path, error })?;
+        let log = EventLog::open(&path).map_err(|error| RunError::File { path, error })?;
         Ok(Self {
             store,
             run,
             progress,
             ending: None,
-            log: Some(log),
+            log,
         })
     }
 
-    /// Appends one line to the event log: others read from it how far the run is. A log that cannot be
-    /// written any more is given up with a warning; the run does not depend on it.
+    /// Appends one line to the event log: others read from it how far the run is.
     pub fn log(&mut self, event: &str, data: &impl Serialize) {
-        let Some(log) = &mut self.log else { return };
-        let at = SystemTime::now()
-            .duration_since(UNIX_EPOCH)
-            .map_or(0.0, |d| d.as_secs_f64());
-        let line = json!({ "at": at, "event": event, "data": data });
-        if let Err(error) = writeln!(log, "{line}") {
-            tracing::warn!(%error, "the event log cannot be written any more");
-            self.log = None;
-        }
+        self.log.append(event, data);
     }
 
     /// A load step begins, or is taken up again.

@@ -7,6 +7,7 @@ mod core;
 mod element_test;
 mod ended;
 mod error;
+mod event_log;
 mod events;
 mod export;
 mod frames;
