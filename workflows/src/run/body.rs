@@ -1,12 +1,11 @@
 //! The load steps of a body: waves of element tasks, joined by the Newton machine, committed one by one.
 
 use std::{
-    path::PathBuf,
     sync::Arc,
     time::{Duration, Instant},
 };
 
-use engine::{Cause, Finished, GraphHandle, NodeId, TaskFailure, TaskOutcome};
+use engine::{Cause, Finished, GraphHandle, NodeId, TaskOutcome};
 use solver_fem::{
     ConstitutiveResponse, GaussPointId,
     newton::{MacroState, Request, StepFailure, StepOutcome, StepSettings, StepSolver},
@@ -17,6 +16,7 @@ use super::{
     attempt::{Attempt, Committed, TaskPolicy},
     core::{Core, Ending},
     error::RunError,
+    failed_task::{self, Meaning},
     frames::{self, COST, MACRO, POINT, PROGRESS},
     model::Model,
     point::PointState,
@@ -171,10 +171,7 @@ impl BodySteps {
             Ok(_) => return Err(RunError::Engine("an element gave something else".into())),
             Err(failure) => {
                 self.summary.cpu_s += failure.cpu.as_secs_f64();
-                if matches!(
-                    failure.cause,
-                    Cause::Cancelled | Cause::Failed(JobError::Stopped)
-                ) {
+                if failed_task::meaning(&failure)? == Meaning::Stopped {
                     return Ok(());
                 }
                 let per_element = self.model.problem.points_per_element() as u32;
@@ -182,7 +179,7 @@ impl BodySteps {
                     Cause::Failed(JobError::Point(error)) => error.point,
                     _ => GaussPointId(element * per_element),
                 };
-                let kept = keep_failed(core, self.step + 1, element, &failure);
+                let kept = failed_task::keep(core, self.step + 1, &failure);
                 core.log_failure(element, &failure.to_string(), kept.as_deref());
                 attempt.failed.push((point, failure.cause.to_string()));
             }
@@ -359,22 +356,6 @@ impl BodySteps {
         core.step_committed(self.step, &committed, &summary, &line);
         Ok(())
     }
-}
-
-/// Saves what a failed task was to do, for reproduction. Best effort: the run goes on without.
-fn keep_failed(
-    core: &Core<'_>,
-    step: u32,
-    element: u32,
-    failure: &TaskFailure<Job>,
-) -> Option<PathBuf> {
-    let folder = core.store.dir().join("failed").join(core.run.as_str());
-    let path = folder.join(format!("step{step}-e{element}.rmp"));
-    std::fs::create_dir_all(&folder)
-        .and_then(|()| std::fs::write(&path, frames::encode(&*failure.work)))
-        .map_err(|error| tracing::warn!(%error, "a failed task could not be saved"))
-        .ok()?;
-    Some(path)
 }
 
 /// One attempt more than the retries asked for, and no limit below a second.

@@ -2,7 +2,7 @@
 
 use std::{sync::Arc, time::Instant};
 
-use engine::{Cause, Finished, GraphHandle, NodeId, TaskOutcome, TaskSpec};
+use engine::{Finished, GraphHandle, NodeId, TaskOutcome, TaskSpec};
 use serde::{Deserialize, Serialize};
 use solver_dem::{Component, Control, Method, tensor};
 use solver_fem::{GaussPointId, Tensor2};
@@ -12,11 +12,12 @@ use super::{
     attempt::TaskPolicy,
     core::{Core, Ending},
     error::RunError,
+    failed_task::{self, Meaning},
     frames::{self, MACRO, PROGRESS},
     point::PointState,
     schedule::{Interval, Schedule},
     summary::StepSummary,
-    work::{Done, DriveJob, Driven, Job, JobError},
+    work::{Done, DriveJob, Driven, Job},
 };
 use crate::{
     input::problem::{Control as Prescribed, ElementTest},
@@ -140,14 +141,12 @@ impl TestSteps {
                 "an element test gave something else".into(),
             )),
             Err(failure) => {
-                if matches!(
-                    failure.cause,
-                    Cause::Cancelled | Cause::Failed(JobError::Stopped)
-                ) {
+                if failed_task::meaning(&failure)? == Meaning::Stopped {
                     return Ok(());
                 }
                 let reason = failure.cause.to_string();
-                core.log_failure(0, &reason, None);
+                let kept = failed_task::keep(core, self.step + 1, &failure);
+                core.log_failure(0, &reason, kept.as_deref());
                 match self.schedule.cut() {
                     Ok(()) => {
                         core.step_cut(self.step + 1, self.schedule.place.control.factor(), &reason);

@@ -60,6 +60,16 @@ pub enum RunError {
         /// What the system said.
         error: std::io::Error,
     },
+    /// The machine failed a task, not the physics.
+    #[error("finish the task {label} in {attempts} attempt(s): it {cause}")]
+    Task {
+        /// Its name.
+        label: String,
+        /// How often it was tried.
+        attempts: u32,
+        /// What happened to it.
+        cause: String,
+    },
     /// The engine gave up.
     #[error("{0}")]
     Engine(String),

@@ -10,6 +10,7 @@ mod error;
 mod event_log;
 mod events;
 mod export;
+mod failed_task;
 mod frames;
 mod list;
 mod load;

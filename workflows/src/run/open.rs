@@ -48,7 +48,10 @@ pub fn refused(context: &Context<'_>, error: OpenError) -> Failure {
 pub fn explain(what: &str, error: RunError) -> Failure {
     let kind = match &error {
         RunError::Model(_) | RunError::Packing { .. } => FailureKind::Usage,
-        RunError::Preparation { .. } | RunError::Engine(_) | RunError::State(_) => FailureKind::Run,
+        RunError::Preparation { .. }
+        | RunError::Task { .. }
+        | RunError::Engine(_)
+        | RunError::State(_) => FailureKind::Run,
         RunError::Manifest(_)
         | RunError::Decode(_)
         | RunError::Read(_)
@@ -66,6 +69,9 @@ pub fn explain(what: &str, error: RunError) -> Failure {
         RunError::Read(_) | RunError::Decode(_) | RunError::Manifest(_) => {
             Some("`femdem-flow store check` says what is damaged and what to do")
         }
+        RunError::Task { .. } => Some(
+            "`femdem-flow resume RUN` tries it again: nothing is lost, and no result depends on the clock; `task_time_limit` under `solver` is the limit",
+        ),
         RunError::Preparation { .. } => Some("see the material's `rev` section in the input"),
         _ => None,
     };
