@@ -95,53 +95,24 @@ impl Attempt {
         }
     }
 
-    /// Takes up the attempt that a journal tells of, if there is one that starts from the committed
-    /// step and whose waves are whole; otherwise the journal back, emptied.
+    /// Takes up the attempt that a journal tells of, at its newest wave that is whole and starts from the committed
+    /// step; otherwise the journal back, emptied.
     pub fn restore(
         mut journal: StepJournal,
         problem: &Arc<Problem<2>>,
         committed: Committed<'_>,
     ) -> Result<Result<(Self, Place, u32), StepJournal>, RunError> {
-        let Some(&last) = journal.waves()?.last() else {
-            return Ok(Err(journal));
-        };
-        let header = journal
-            .read_wave(last)?
-            .and_then(|contents| rmp_serde::from_slice::<WaveHeader>(&contents.header).ok());
-        let restored = match header {
-            Some(header) if header.from == committed.digest => {
-                match StepSolver::restore(problem, header.solver) {
-                    Ok(solver) => {
-                        let live = solver.live_waves();
-                        let mut ends = BTreeMap::new();
-                        let mut whole = true;
-                        for wave in live {
-                            match read_ends(&mut journal, WaveIndex(wave), committed.points)? {
-                                Some(found) => {
-                                    ends.insert(wave, found);
-                                }
-                                None => whole = false,
-                            }
-                        }
-                        whole.then_some((solver, ends, header.place, header.cuts))
-                    }
-                    Err(_) => None,
-                }
-            }
-            _ => None,
-        };
-        match restored {
-            Some((solver, ends, place, cuts)) => {
-                let mut attempt = Self::new(solver, journal);
-                attempt.ends = ends;
-                Ok(Ok((attempt, place, cuts)))
-            }
-            // Torn, or of another history: whatever it was, computing it again gives the same bits.
-            None => {
-                journal.keep(&[])?;
-                Ok(Err(journal))
+        // A kill may have torn the header of the newest wave; the wave before it, whole, is still there then.
+        for wave in journal.waves()?.into_iter().rev() {
+            if let Some(restored) = restore_wave(&mut journal, wave, problem, committed)? {
+                let mut attempt = Self::new(restored.solver, journal);
+                attempt.ends = restored.ends;
+                return Ok(Ok((attempt, restored.place, restored.cuts)));
             }
         }
+        // Torn, or of another history: whatever it was, computing it again gives the same bits.
+        journal.keep(&[])?;
+        Ok(Err(journal))
     }
 
     /// Sends a wave out: journalled answers are taken, the rest become tasks, and a join ends it.
@@ -262,6 +233,45 @@ impl Attempt {
         let ends = self.ends.get(&wave)?;
         Some(ends.iter().map(|end| Arc::clone(&end.state)).collect())
     }
+}
+
+/// An attempt as a wave's journal tells of it.
+struct RestoredWave {
+    solver: StepSolver<2>,
+    ends: BTreeMap<u32, Vec<Arc<PointEnd>>>,
+    place: Place,
+    cuts: u32,
+}
+
+/// The attempt when `wave` went out; `None` where the journal is torn or of another history.
+fn restore_wave(
+    journal: &mut StepJournal,
+    wave: WaveIndex,
+    problem: &Arc<Problem<2>>,
+    committed: Committed<'_>,
+) -> Result<Option<RestoredWave>, RunError> {
+    let header = journal
+        .read_wave(wave)?
+        .and_then(|contents| rmp_serde::from_slice::<WaveHeader>(&contents.header).ok());
+    let Some(header) = header.filter(|header| header.from == committed.digest) else {
+        return Ok(None);
+    };
+    let Ok(solver) = StepSolver::restore(problem, header.solver) else {
+        return Ok(None);
+    };
+    let mut ends = BTreeMap::new();
+    for wave in solver.live_waves() {
+        let Some(found) = read_ends(journal, WaveIndex(wave), committed.points)? else {
+            return Ok(None);
+        };
+        ends.insert(wave, found);
+    }
+    Ok(Some(RestoredWave {
+        solver,
+        ends,
+        place: header.place,
+        cuts: header.cuts,
+    }))
 }
 
 /// The answers that a wave's journal holds, by Gauss point.
