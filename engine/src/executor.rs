@@ -132,8 +132,8 @@ pub(crate) fn panic_message(payload: &(dyn Any + Send)) -> String {
         .unwrap_or_else(|| "no message".to_string())
 }
 
-/// CPU time that the calling thread has used so far.
-fn thread_cpu_time() -> Duration {
+/// CPU time that the calling thread has used so far; a measurement, never to be used in a number.
+pub fn thread_cpu_time() -> Duration {
     let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
     Duration::new(
         u64::try_from(time.tv_sec).unwrap_or(0),

@@ -5,7 +5,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use engine::{Cause, Finished, GraphHandle, NodeId, TaskOutcome};
+use engine::{Cause, Finished, GraphHandle, NodeId, TaskOutcome, thread_cpu_time};
 use solver_fem::{
     ConstitutiveResponse, GaussPointId,
     newton::{MacroState, Request, StepFailure, StepOutcome, StepSettings, StepSolver},
@@ -43,6 +43,8 @@ pub struct BodySteps {
     /// CPU seconds of each element in this step.
     cost: Vec<f64>,
     begun: Instant,
+    /// CPU seconds of the last commit.
+    commit_s: f64,
     last_bytes: u64,
 }
 
@@ -84,6 +86,7 @@ impl BodySteps {
             summary: StepSummary::default(),
             cost: vec![0.0; elements],
             begun: Instant::now(),
+            commit_s: 0.0,
             last_bytes: start.bytes,
         }
     }
@@ -96,7 +99,10 @@ impl BodySteps {
     ) -> Result<(), RunError> {
         if self.schedule.cuts == 0 {
             self.begun = Instant::now();
-            self.summary = StepSummary::default();
+            self.summary = StepSummary {
+                director_s: std::mem::take(&mut self.commit_s),
+                ..StepSummary::default()
+            };
             self.cost.fill(0.0);
             core.store.free_space_guard(self.last_bytes)?;
         }
@@ -122,6 +128,7 @@ impl BodySteps {
         let attempt = match (attempt, journal) {
             (Some(attempt), _) => attempt,
             (None, Some(journal)) => {
+                let begun = thread_cpu_time();
                 let solver = StepSolver::begin(
                     &self.model.problem,
                     &self.state,
@@ -130,6 +137,7 @@ impl BodySteps {
                     &self.settings,
                 )
                 .map_err(|error| RunError::State(error.to_string()))?;
+                self.summary.director_s += cpu_since(begun);
                 Attempt::new(solver, journal)
             }
             (None, None) => return Err(RunError::Engine("a step without a journal".into())),
@@ -163,9 +171,9 @@ impl BodySteps {
                 }
                 self.summary.cpu_s += cpu.as_secs_f64();
                 self.cost[element as usize] += cpu.as_secs_f64();
-                let begun = Instant::now();
+                let begun = thread_cpu_time();
                 attempt.take(answers)?;
-                self.summary.director_s += begun.elapsed().as_secs_f64();
+                self.summary.director_s += cpu_since(begun);
                 core.progress.task_done();
             }
             Ok(_) => return Err(RunError::Engine("an element gave something else".into())),
@@ -200,7 +208,7 @@ impl BodySteps {
         if attempt.join != Some(id) {
             return Ok(());
         }
-        let begun = Instant::now();
+        let begun = thread_cpu_time();
         graph.forget_before(id);
         let request = if attempt.failed.is_empty() {
             let Some(answers) = attempt.collect() else {
@@ -221,9 +229,8 @@ impl BodySteps {
             failed.sort_by_key(|(point, _)| *point);
             attempt.solver.advance_failed(failed)
         };
-        self.handle(request, core, graph)?;
-        self.summary.director_s += begun.elapsed().as_secs_f64();
-        Ok(())
+        self.summary.director_s += cpu_since(begun);
+        self.handle(request, core, graph)
     }
 
     fn handle(
@@ -237,6 +244,7 @@ impl BodySteps {
                 let Some(attempt) = &mut self.attempt else {
                     return Ok(());
                 };
+                let begun = thread_cpu_time();
                 attempt.forget();
                 let committed = Committed {
                     digest: self.digest,
@@ -250,6 +258,7 @@ impl BodySteps {
                     &self.policy,
                     graph,
                 )?;
+                self.summary.director_s += cpu_since(begun);
                 core.wave_started(
                     self.step + 1,
                     attempt.wave(),
@@ -305,7 +314,7 @@ impl BodySteps {
         let Some(interval) = self.interval.take() else {
             return Ok(());
         };
-        let begun = Instant::now();
+        let begun = thread_cpu_time();
         let points = attempt
             .states_of(outcome.wave)
             .ok_or_else(|| RunError::Engine(format!("wave {} is gone", outcome.wave)))?;
@@ -329,7 +338,7 @@ impl BodySteps {
             encoding: store::Encoding::Raw,
             payload: frames::encode(&self.cost),
         };
-        summary.director_s += begun.elapsed().as_secs_f64();
+        summary.director_s += cpu_since(begun);
         let seal = Seal {
             final_wave: Some(store::WaveIndex(outcome.wave)),
             extra: vec![
@@ -339,7 +348,9 @@ impl BodySteps {
             ],
             summary: frames::encode(&summary),
         };
+        let begun = thread_cpu_time();
         let committed = attempt.journal.commit(seal, |id| id.kind == POINT)?;
+        self.commit_s = cpu_since(begun);
         self.step += 1;
         self.digest = committed.digest;
         self.last_bytes = committed.bytes;
@@ -356,6 +367,11 @@ impl BodySteps {
         core.step_committed(self.step, &committed, &summary, &line);
         Ok(())
     }
+}
+
+/// CPU seconds that this thread has used since it had used `begun`.
+fn cpu_since(begun: Duration) -> f64 {
+    thread_cpu_time().saturating_sub(begun).as_secs_f64()
 }
 
 /// One attempt more than the retries asked for, and no limit below a second.

@@ -29,7 +29,8 @@ pub struct StepSummary {
     pub wall_s: f64,
     /// CPU seconds of its tasks.
     pub cpu_s: f64,
-    /// CPU seconds outside the tasks: assembly, linear solves, journal, commit.
+    /// CPU seconds outside the tasks: assembly, linear solves, journal, and the commit of the step before, as no step
+    /// can say what its own cost.
     pub director_s: f64,
 }
 
