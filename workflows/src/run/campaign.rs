@@ -123,7 +123,8 @@ impl<'a> Campaign<'a> {
         let journal = self.core.store.journal(self.core.run, StepIndex(0))?;
         match (&self.problem.model, model) {
             (InputModel::Body(_), Some(model)) => {
-                let (stress, tangents) = initial_fields(&deal, &packings, &states);
+                let (stress, tangents) = initial_fields(&deal, &packings, &states)
+                    .ok_or_else(|| RunError::Engine("a point was dealt another state".into()))?;
                 let state = MacroState::initial(&model.problem, &stress, &tangents, &loads)
                     .map_err(|error| RunError::State(error.to_string()))?;
                 extra.push(frames::content(MACRO, 0, &state));
@@ -253,27 +254,23 @@ impl Director<Job> for Campaign<'_> {
     }
 }
 
-/// Stress and elastic tangent of every Gauss point before the first step.
+/// Stress and elastic tangent of every Gauss point before the first step. `None` where deal and states do not belong
+/// together.
 fn initial_fields(
     deal: &frames::Deal,
     packings: &[Packing],
     states: &[Arc<PointState>],
-) -> (Vec<solver_fem::Tensor2<2>>, Vec<solver_fem::Tensor4<2>>) {
+) -> Option<(Vec<solver_fem::Tensor2<2>>, Vec<solver_fem::Tensor4<2>>)> {
     deal.points
         .iter()
         .zip(states)
         .map(|(dealt, state)| match (dealt, &**state) {
             (frames::Dealt::Packing(k), _) => {
-                let packing = &packings[*k as usize];
-                (packing.stress, packing.elastic_tangent)
+                let packing = packings.get(*k as usize)?;
+                Some((packing.stress, packing.elastic_tangent))
             }
-            (_, PointState::Elastic { law, stress }) => (*stress, law.tangent_at(stress)),
-            (frames::Dealt::Elastic(_), PointState::Rev(_)) => unreachable_deal(),
+            (_, PointState::Elastic { law, stress }) => Some((*stress, law.tangent_at(stress))),
+            (frames::Dealt::Elastic(_), PointState::Rev(_)) => None,
         })
-        .unzip()
-}
-
-/// A point dealt an elastic law has an elastic state: `Deal::states` made it so.
-fn unreachable_deal() -> (solver_fem::Tensor2<2>, solver_fem::Tensor4<2>) {
-    unreachable!("an elastic deal makes an elastic state")
+        .collect()
 }
