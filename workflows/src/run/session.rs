@@ -111,8 +111,11 @@ pub fn advance(
         "ended",
         &serde_json::json!({ "state": format!("{state:?}"), "note": note }),
     );
-    store.set_run_state(run, state, &note)?;
-    end
+    let recorded = store.set_run_state(run, state, &note);
+    // Why the session ended comes first: a full disk fails the record as well.
+    let end = end?;
+    recorded?;
+    Ok(end)
 }
 
 /// Runs the graph of a session and says how that ended.
