@@ -103,6 +103,23 @@ fn an_unusable_state_is_refused() {
     }
 }
 
+/// Two grains at one place have no contact normal. The NaN that follows closes no contact and so loads no
+/// grain: no unbalanced force tells of it.
+#[test]
+fn a_grain_that_is_nowhere_is_no_equilibrium() {
+    let touched = |grain: u32| {
+        let mut contacts = SMALL.state.contacts.iter();
+        contacts.any(|c| c.i == grain || c.j == grain)
+    };
+    let loose: Vec<usize> = (0..100).filter(|k| !touched(*k as u32)).collect();
+    for [one, other] in [[0, 1], [loose[0], loose[1]]] {
+        let mut rev = SMALL.clone();
+        rev.state.positions[other] = rev.state.positions[one];
+        let outcome = respond(&rev, None, &UNIT, &settings());
+        assert!(outcome.is_err(), "{one} on {other}");
+    }
+}
+
 #[test]
 fn large_increments_end_in_equilibrium_or_in_an_error() {
     let increments: [Tensor2<2>; 6] = [
