@@ -285,12 +285,14 @@ impl<W: Work, E: Executor<W> + ?Sized + 'static> Scheduler<W, E> {
 
     fn retry_or_give_up(&mut self, id: NodeId, context: &TaskContext, error: TaskError<W::Error>) {
         let cancelled = context.is_cancelled() || matches!(error, TaskError::Cancelled);
+        let repeats = matches!(&error, TaskError::Failed(error) if W::repeats(error));
         let Some(task) = self.ledger.task_mut(id) else {
             return;
         };
         let retry = task.spec.retry;
         let attempt = task.attempts;
-        if cancelled || self.mode != Mode::Running || attempt >= retry.attempts.get() {
+        let last = repeats || attempt >= retry.attempts.get();
+        if cancelled || last || self.mode != Mode::Running {
             self.give_up(id, error.into());
             return;
         }

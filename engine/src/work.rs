@@ -27,4 +27,11 @@ pub trait Work: Serialize + DeserializeOwned + Clone + Send + Sync + 'static {
     /// # Errors
     /// Whatever the task itself calls a failure.
     fn run(&self, context: &TaskContext) -> Result<Self::Output, Self::Error>;
+
+    /// Whether another attempt would only end in this error again, so that none is made. It is for
+    /// errors that follow from the task's own value, as a law without a solution; not for those that
+    /// come from the machine. By default every error is tried again.
+    fn repeats(_error: &Self::Error) -> bool {
+        false
+    }
 }

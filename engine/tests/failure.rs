@@ -34,6 +34,19 @@ fn a_task_that_fails_every_time_is_reported_once_with_its_last_error() {
     assert_eq!((summary.retries, summary.failed), (2, 1));
 }
 
+/// A REV without equilibrium has none at the second try either, and looking for it is the longest solve there is.
+#[test]
+fn what_would_only_fail_again_is_not_tried_again() {
+    let mut graph = Graph::new();
+    let spec = task(Job::NoSolution).retry(attempts(3));
+    let id = graph.add_task(spec).unwrap();
+    let mut script = Script::passive();
+    let summary = run_blocking(graph, &mut script, pool(2), RunOptions::default()).unwrap();
+    let expected = Cause::Failed(JobError::NoSolution);
+    assert_eq!(*script.ended.of(id), Err(expected));
+    assert_eq!((summary.retries, summary.failed), (0, 1));
+}
+
 /// Keeps the failures as they come.
 #[derive(Default)]
 struct Failures(Vec<TaskFailure<Job>>);

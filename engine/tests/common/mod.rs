@@ -24,6 +24,8 @@ pub enum Job {
     Mix(u64),
     /// Fails every time.
     Fail,
+    /// Fails by its own value.
+    NoSolution,
     /// Fails before this attempt.
     SucceedAt(u32),
     /// Panics with this message.
@@ -40,6 +42,8 @@ pub enum Job {
 pub enum JobError {
     #[error("did not converge in attempt {0}")]
     NotConverged(u32),
+    #[error("has no solution")]
+    NoSolution,
     #[error("stopped")]
     Stopped,
 }
@@ -53,6 +57,7 @@ impl Work for Job {
             Job::Echo(value) => Ok(*value),
             Job::Mix(seed) => Ok(mix(*seed)),
             Job::Fail => Err(JobError::NotConverged(context.attempt())),
+            Job::NoSolution => Err(JobError::NoSolution),
             Job::SucceedAt(attempt) if context.attempt() >= *attempt => Ok(u64::from(*attempt)),
             Job::SucceedAt(_) => Err(JobError::NotConverged(context.attempt())),
             Job::Panic(message) => panic!("{message}"),
@@ -77,6 +82,10 @@ impl Work for Job {
                 Ok(0)
             }
         }
+    }
+
+    fn repeats(error: &JobError) -> bool {
+        *error == JobError::NoSolution
     }
 }
 

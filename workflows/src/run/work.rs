@@ -135,6 +135,11 @@ impl Work for Job {
             Job::Drive(job) => job.run().map(|driven| Done::Drive(Box::new(driven))),
         }
     }
+
+    /// A job is a pure function: what it does not solve, it never solves.
+    fn repeats(error: &JobError) -> bool {
+        !matches!(error, JobError::Stopped)
+    }
 }
 
 /// Stress and elastic tangent of a packing as it stands.

@@ -34,8 +34,8 @@ pub struct SolverSettings {
     /// Longest time one REV task may take, in seconds.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub task_time_limit: f64,
-    /// How often a task that failed is tried again. After that the step is cut; where the time limit was the cause the
-    /// run stops, as no result may depend on the clock.
+    /// How often a task that crashed or ran past its time limit is tried again. After that the step is cut, as it is at
+    /// once where a REV finds no equilibrium; but the time limit stops the run, as no result may depend on the clock.
     #[schemars(range(max = 100))]
     pub task_retries: u32,
 }
