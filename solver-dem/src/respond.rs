@@ -77,7 +77,8 @@ pub(crate) fn strayed(base: &Rev<2, 1>, assembly: &Assembly<'_>) -> bool {
     let positions = assembly.positions();
     positions.iter().zip(&base.state.positions).any(|(x, old)| {
         let affine = apply(&carried, old);
-        (x[0] - affine[0]).hypot(x[1] - affine[1]) > limit
+        let astray = (x[0] - affine[0]).hypot(x[1] - affine[1]);
+        astray.is_nan() || astray > limit
     })
 }
 

@@ -130,9 +130,12 @@ fn large_increments_end_in_equilibrium_or_in_an_error() {
         [[0.5, 0.0], [0.0, 1.0]],
         [[1.0, 0.0], [0.0, 1e-3]],
     ];
-    for f in increments {
-        assert_sound(respond(&SMALL, None, &f, &settings()));
-    }
+    let answered: Vec<bool> = increments
+        .iter()
+        .map(|f| assert_sound(respond(&SMALL, None, f, &settings())).is_some())
+        .collect();
+    // 5 % in one go is within reach, with and without change of volume; a flat cell never is.
+    assert_eq!((answered[0], answered[1], answered[5]), (true, true, false));
 }
 
 /// A REV pulled apart carries nothing: that is an equilibrium, with zero stress and zero tangents.

@@ -77,8 +77,8 @@ pub fn advance(
     let record = store.run(run)?;
     let total = problem.programme.len();
     let done = super::load::increments_done(store, run, record.last_step)?;
-    store.set_run_state(run, RunState::Running, "")?;
     let mut core = Core::new(store, run, progress)?;
+    store.set_run_state(run, RunState::Running, "")?;
     progress.run_started(run.as_str(), done, total);
     core.log(
         "session",
