@@ -30,10 +30,10 @@ pub struct Rev {
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub confining_stress: f64,
     /// Contact stiffness κ = kn/σ0 (2D, per unit thickness).
-    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    #[schemars(range(min = 10.0))]
     pub stiffness: f64,
     /// Tangential over normal contact stiffness, kt/kn.
-    #[schemars(range(min = 0.0))]
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub tangential_stiffness: f64,
     /// Coefficient of friction between grains.
     #[schemars(range(min = 0.0))]

@@ -31,6 +31,10 @@ pub fn read(
     if reader.has(&section) && reader.keys(&section).is_some() {
         return None;
     }
+    // What holds the body may stand under the key that was misspelt.
+    if !reader.has(&section) && reader.is_misspelt(&Path::root()) {
+        return None;
+    }
     for index in 0..reader.count(&section) {
         let new = condition(reader, &section.index(index), loads, places.as_deref());
         placed = placed.zip(new).map(|(mut all, new)| {
@@ -41,7 +45,11 @@ pub fn read(
     let placed = placed?;
     for (index, later) in placed.iter().enumerate() {
         for earlier in &placed[..index] {
-            contradiction(reader, earlier, later);
+            let contradicts = contradiction(reader, earlier, later);
+            // A copy of a condition contradicts all that its original does, which is reported already.
+            if contradicts && earlier.place.name == later.place.name {
+                break;
+            }
         }
     }
     if let Some(places) = &places {
@@ -169,8 +177,8 @@ fn one_kind(
     None
 }
 
-/// Reports `later` where it says something else than `earlier` about the same.
-fn contradiction(reader: &mut Reader<'_, '_>, earlier: &Placed<'_>, later: &Placed<'_>) {
+/// Reports `later` where it says something else than `earlier` about the same; returns whether it does.
+fn contradiction(reader: &mut Reader<'_, '_>, earlier: &Placed<'_>, later: &Placed<'_>) -> bool {
     use ConditionKind::{Displacement, Pressure, Traction};
     let (a, b) = (earlier, later);
     let same = a.place.name == b.place.name;
@@ -203,7 +211,7 @@ fn contradiction(reader: &mut Reader<'_, '_>, earlier: &Placed<'_>, later: &Plac
                     AXES[*i]
                 )
             } else {
-                return;
+                return false;
             }
         }
         (Pressure(_), Pressure(_)) | (Traction(_), Traction(_)) if same => {
@@ -214,7 +222,7 @@ fn contradiction(reader: &mut Reader<'_, '_>, earlier: &Placed<'_>, later: &Plac
             if same =>
         {
             match a.place.kind {
-                PlaceKind::Straight(normal) if normal != *component => return,
+                PlaceKind::Straight(normal) if normal != *component => return false,
                 _ => format!(
                     "on `{name}`, displacement along {} and pressure contradict each other",
                     AXES[*component]
@@ -230,11 +238,12 @@ fn contradiction(reader: &mut Reader<'_, '_>, earlier: &Placed<'_>, later: &Plac
                 AXES[*component]
             )
         }
-        _ => return,
+        _ => return false,
     };
     reader.report.at(
         &b.path,
         message,
         "remove one of the two conditions".to_owned(),
     );
+    true
 }
