@@ -37,6 +37,12 @@ pub enum AddressError {
         /// Its length in characters.
         length: usize,
     },
+    /// A REV is named where a run or a load step is asked for.
+    #[error("`{found}` names a REV; name a load step, as in `hollow@12` (`rev export` takes REVs)")]
+    RevForStep {
+        /// What stands behind `@`.
+        found: String,
+    },
     /// What follows `@` is neither a number nor `last`.
     #[error("`{found}` is no load step; write a number or `last`, as in `hollow@12`")]
     Step {
@@ -123,6 +129,9 @@ impl FromStr for StepSelector {
         match whole_number(text) {
             Some(index) => Ok(Self::Index(index)),
             None if text == "last" => Ok(Self::Last),
+            None if text.contains(':') => Err(AddressError::RevForStep {
+                found: text.to_owned(),
+            }),
             None => Err(AddressError::Step {
                 found: text.to_owned(),
             }),

@@ -30,6 +30,11 @@ fn wrong_usage_is_explained_on_stderr_with_its_own_exit_code() {
     }
     assert!(femdem(&["sumbit", "a.yaml"]).err.contains("'submit'"));
     assert!(
+        femdem(&["show", "hollow@12:e46.2"])
+            .err
+            .contains("`rev export` takes REVs")
+    );
+    assert!(
         femdem(&["show", "hollow@-1"])
             .err
             .contains("write a number or `last`")
