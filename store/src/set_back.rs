@@ -6,7 +6,7 @@ use crate::files;
 use crate::id::{RunName, StepAddress, StepIndex};
 use crate::layout;
 use crate::open;
-use crate::run;
+use crate::run::{self, RunState};
 use crate::source::Source;
 use crate::step::StepRecord;
 use crate::store::{Store, locked};
@@ -57,6 +57,12 @@ impl Store {
             let steps = locked(&self.inner.steps);
             steps.get(run).is_some_and(|own| own.contains_key(last))
         });
+        // It is no longer at the end that it once reached.
+        state.state = RunState::Interrupted;
+        state.note = match remaining {
+            Some(last) => format!("set back to load step {}", last.0),
+            None => "set back to its beginning".to_owned(),
+        };
         run::write_state(layout, run, &state)?;
         for record in own.iter().rev() {
             let pack = layout.pack(run, record.index);

@@ -55,3 +55,34 @@ fn a_flipped_byte_does_not_pass_a_deep_check() {
     let text = bench.run(&["store", "check", "--deep"]);
     assert!(text.code == 3 && text.out.contains(name) && text.err.contains("damaged"));
 }
+
+/// The database alone knew of it, so the check of the files found nothing and called the store sound.
+#[test]
+fn a_run_whose_folder_is_gone_is_damage() {
+    let bench = Bench::new();
+    bench.submit("block.yaml");
+    std::fs::remove_dir_all(bench.store().join("packs/block")).unwrap();
+    let check = bench.run(&["store", "check", "--json"]);
+    assert_eq!(check.code, 3, "{}", check.out);
+    assert_eq!(check.json()["sound"].as_bool(), Some(false));
+}
+
+/// Every message about a damaged pack advises to set the run back; without a verb for it the run was lost.
+#[test]
+fn a_run_with_a_damaged_last_step_is_set_back_and_computed_again() {
+    let bench = Bench::new();
+    bench.submit("block.yaml");
+    let digest =
+        |bench: &Bench| bench.run(&["show", "block", "--json"]).good().json()["digest"].clone();
+    let whole = digest(&bench);
+    let pack = bench.store().join("packs/block/00000003.pack");
+    std::fs::write(&pack, b"nothing of use").unwrap();
+    assert_eq!(bench.run(&["store", "check"]).code, 3);
+    bench.run(&["store", "set-back", "block@2"]).good();
+    bench.run(&["store", "check", "--deep"]).good();
+    bench.run(&["resume", "block"]).good();
+    assert_eq!(digest(&bench), whole);
+    for wrong in ["block", "block@last", "block@99", "nope@1"] {
+        assert_eq!(bench.run(&["store", "set-back", wrong]).code, 2, "{wrong}");
+    }
+}

@@ -187,3 +187,8 @@ pub fn store_check(context: &Context<'_>, depth: CheckDepth) -> Result<Report, F
 pub fn store_rebuild(context: &Context<'_>) -> Result<Report, Failure> {
     store_verbs::rebuild(context)
 }
+
+/// Sets a run back to this load step: those after it are set aside and computed again by `resume`.
+pub fn store_set_back(context: &Context<'_>, run: &RunName, step: u64) -> Result<Report, Failure> {
+    store_verbs::set_back(context, run, step)
+}

@@ -12,11 +12,14 @@ use crate::{
 pub fn open(context: &Context<'_>) -> Result<Store, Failure> {
     let store = Store::open(&context.store).map_err(|error| refused(context, error))?;
     for finding in store.opening_report() {
+        let remedy = match finding.remedy.as_str() {
+            "" => String::new(),
+            remedy => format!(" ({remedy})"),
+        };
         context.progress.note(&format!(
-            "store: {}: {} ({})",
+            "store: {}: {}{remedy}",
             finding.path.display(),
-            finding.what,
-            finding.remedy
+            finding.what
         ));
     }
     Ok(store)

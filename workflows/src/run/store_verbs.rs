@@ -1,12 +1,15 @@
 //! Looking after the store.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
+use std::path::Path;
 
 use serde_json::json;
 use store::{CheckReport, Depth, Finding, OpenError, Severity, Store};
 
 use super::{CheckDepth, Context, open::refused, text};
 use crate::{
+    address::RunName,
     failure::{Failure, FailureKind},
     report::Report,
 };
@@ -70,21 +73,32 @@ pub fn check(context: &Context<'_>, depth: CheckDepth) -> Result<Report, Failure
         Err(error) => return Err(refused(context, error)),
     };
     let report = check_report(context, &repaired, &found, scope);
-    if found.is_sound() {
+    let damaged = damaged_places(&repaired, &found);
+    if damaged == 0 {
         return Ok(report);
     }
-    let damaged = found
-        .findings
-        .iter()
-        .filter(|finding| finding.severity == Severity::Damage)
-        .count();
     let what = format!(
-        "store {} is damaged in {damaged} places",
-        context.store.display()
+        "store {} is damaged in {}",
+        context.store.display(),
+        if damaged == 1 {
+            "one place".to_owned()
+        } else {
+            format!("{damaged} places")
+        }
     );
     Err(Failure::new(FailureKind::Store, what)
         .hint("each finding says what to do; what is not named is sound")
         .with(report))
+}
+
+/// The number of files and folders with damage, whether the opening met it or the check.
+fn damaged_places(repaired: &[Finding], found: &CheckReport) -> usize {
+    let damage = repaired.iter().chain(&found.findings);
+    let places: BTreeSet<&Path> = damage
+        .filter(|finding| finding.severity == Severity::Damage)
+        .map(|finding| finding.path.as_path())
+        .collect();
+    places.len()
 }
 
 fn check_report(
@@ -127,7 +141,7 @@ fn check_report(
         })
         .collect();
     let data = json!({
-        "sound": found.is_sound(),
+        "sound": damaged_places(repaired, found) == 0,
         "packs": found.packs,
         "bytes": found.bytes,
         "scope": scope,
@@ -161,6 +175,40 @@ pub fn rebuild(context: &Context<'_>) -> Result<Report, Failure> {
         report.steps
     );
     let data = json!({ "runs": report.runs, "steps": report.steps, "lost": report.lost });
+    Ok(Report::new(text, &data))
+}
+
+/// Sets a run back to a load step, the way out where a later one is damaged: what follows is set aside, and `resume`
+/// computes it again.
+pub fn set_back(context: &Context<'_>, run: &RunName, step: u64) -> Result<Report, Failure> {
+    let store = super::open::open_existing(context)?;
+    let name = super::open::store_name(run)?;
+    let existing = store
+        .run_names()
+        .map_err(|error| failed(context, "list the runs of", error))?;
+    if !existing.contains(&name) {
+        return Err(super::open::no_such_run(run.as_str(), &existing));
+    }
+    let steps = store
+        .steps(&name)
+        .map_err(|error| failed(context, "list the load steps in", error))?;
+    let numbers = || steps.iter().map(|record| record.index);
+    if !numbers().any(|number| u64::from(number.0) == step) {
+        let last = numbers().next_back().map_or(0, |number| number.0);
+        let what = format!("failed to find load step {step} of run `{run}`");
+        return Err(Failure::new(FailureKind::Usage, what)
+            .hint(format!("its committed load steps are 0 to {last}")));
+    }
+    let aside = match numbers().find(|number| u64::from(number.0) > step) {
+        Some(next) => store
+            .set_back(&name, next)
+            .map_err(|error| failed(context, "set a run back in", error))?,
+        None => 0,
+    };
+    let text = format!(
+        "Run `{run}` is back at load step {step}; set aside: {aside}\n`femdem-flow resume {run}` goes on from there"
+    );
+    let data = json!({ "name": run.as_str(), "step": step, "set_aside": aside });
     Ok(Report::new(text, &data))
 }
 

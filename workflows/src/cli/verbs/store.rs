@@ -1,5 +1,8 @@
-//! `femdem-flow store info|check|rebuild`
+//! `femdem-flow store info|check|rebuild|set-back`
 
+use std::str::FromStr;
+
+use crate::address::{AddressError, RunAddress, RunName, StepSelector};
 use crate::failure::Failure;
 use crate::report::Report;
 use crate::run::{self, CheckDepth, Context};
@@ -19,6 +22,43 @@ pub enum Verb {
     },
     /// Build the database anew from the packs, which hold everything.
     Rebuild,
+    /// Set a run back to a load step, the way out where a later one is damaged.
+    ///
+    /// The load steps after it are set aside: their files are renamed, not deleted. `resume` computes them again.
+    SetBack {
+        /// The load step that becomes the last one: `hollow@12`.
+        #[arg(value_name = "RUN@STEP")]
+        to: StepAddress,
+    },
+}
+
+/// A load step by its number.
+#[derive(Debug, Clone)]
+pub struct StepAddress {
+    run: RunName,
+    step: u64,
+}
+
+impl FromStr for StepAddress {
+    type Err = AddressError;
+
+    fn from_str(text: &str) -> Result<Self, AddressError> {
+        match text.parse()? {
+            RunAddress {
+                run,
+                step: Some(StepSelector::Index(step)),
+            } => Ok(Self { run, step }),
+            RunAddress {
+                step: Some(StepSelector::Last),
+                ..
+            } => Err(AddressError::Step {
+                found: "last".to_owned(),
+            }),
+            RunAddress { run, step: None } => Err(AddressError::NoStep {
+                run: run.to_string(),
+            }),
+        }
+    }
 }
 
 pub fn perform(verb: &Verb, context: &Context<'_>) -> Result<Report, Failure> {
@@ -33,5 +73,6 @@ pub fn perform(verb: &Verb, context: &Context<'_>) -> Result<Report, Failure> {
             },
         ),
         Verb::Rebuild => run::store_rebuild(context),
+        Verb::SetBack { to } => run::store_set_back(context, &to.run, to.step),
     }
 }
