@@ -4,9 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     Rev,
-    dynamics::{Assembly, Friction},
-    relax::{CellMotion, Limits, Outcome, relax},
-    respond::{answer, check, configuration, follow_path, strayed},
+    respond::{Asked, check, follow_path, map_or_follow},
     response::{EquilibriumError, Method, Response},
     settings::Settings,
     tensor::{Tensor2, invert, product},
@@ -81,28 +79,15 @@ pub fn drive(
             "both shear components are stress-controlled, which leaves the rotation free".into(),
         ));
     }
-    if method == Method::Path {
-        return follow_path(base, from, &gradient, stress, settings, 0);
-    }
-    let cell = base.state.cell.deformed(&step);
-    let (positions, rotations) = configuration(base, None, &step, &cell);
-    if let Some(mut assembly) = Assembly::new(base, cell, positions, rotations) {
-        let mut motion = CellMotion::new(gradient, gradient, stress, 0, 1e-4);
-        let limits = Limits {
-            friction: Friction::ReturnMapping,
-            cap: settings.return_mapping_cap,
-            rebase_after: settings.rebase_after,
-        };
-        let relaxed = relax(&mut assembly, &mut motion, &limits, settings);
-        if relaxed.outcome == Outcome::Equilibrium && !strayed(base, &assembly) {
-            let method = if relaxed.rebased {
-                Method::Rebased
-            } else {
-                Method::ReturnMapping
-            };
-            return answer(base, &assembly, motion.gradient, &relaxed, method, settings);
+    let asked = Asked {
+        from: *from,
+        to: gradient,
+        stress,
+    };
+    match method {
+        Method::Path => follow_path(base, &asked, settings, 0),
+        Method::ReturnMapping | Method::Rebased => {
+            map_or_follow(base, None, &step, &asked, settings)
         }
-        return follow_path(base, from, &gradient, stress, settings, relaxed.cycles);
     }
-    follow_path(base, from, &gradient, stress, settings, 0)
 }

@@ -22,11 +22,6 @@ pub(crate) struct CellMotion {
 }
 
 impl CellMotion {
-    /// A cell that stays where it is, at `gradient` from its start.
-    pub fn none(gradient: Tensor2<2>) -> Self {
-        Self::new(gradient, gradient, [[None; 2]; 2], 0, f64::INFINITY)
-    }
-
     /// A cell at rest under stress alone on the given components.
     pub fn stress_driven(stress: [[Option<f64>; 2]; 2], rate_limit: f64) -> Self {
         Self::new(identity(), identity(), stress, 0, rate_limit)

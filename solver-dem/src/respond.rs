@@ -33,39 +33,59 @@ pub fn respond(
     settings: &Settings,
 ) -> Result<Response, EquilibriumError> {
     check(base, gradient)?;
-    let cell = base.state.cell.deformed(gradient);
-    let (positions, rotations) = configuration(base, start, gradient, &cell);
-    let mut assembly =
-        Assembly::new(base, cell, positions, rotations).ok_or_else(|| too_small(base, &cell, 0))?;
-    let mut motion = CellMotion::none(*gradient);
-    let limits = Limits {
-        friction: Friction::ReturnMapping,
-        cap: settings.return_mapping_cap,
-        rebase_after: settings.rebase_after,
+    let asked = Asked {
+        from: identity(),
+        to: *gradient,
+        stress: [[None; 2]; 2],
     };
-    let relaxed = relax(&mut assembly, &mut motion, &limits, settings);
-    if relaxed.outcome == Outcome::Equilibrium && !strayed(base, &assembly) {
-        let method = if relaxed.rebased {
-            Method::Rebased
-        } else {
-            Method::ReturnMapping
+    map_or_follow(base, start, gradient, &asked, settings)
+}
+
+/// What is asked of the cell: F goes from `from`, which belongs to the base, to `to`, except in the
+/// components that are free to follow a stress.
+pub(crate) struct Asked {
+    pub from: Tensor2<2>,
+    pub to: Tensor2<2>,
+    pub stress: [[Option<f64>; 2]; 2],
+}
+
+/// Return mapping at the end of the increment, `step` being F from the base; where that does not settle or
+/// cannot be trusted, the path solver.
+pub(crate) fn map_or_follow(
+    base: &Rev<2, 1>,
+    start: Option<Start<'_>>,
+    step: &Tensor2<2>,
+    asked: &Asked,
+    settings: &Settings,
+) -> Result<Response, EquilibriumError> {
+    let cell = base.state.cell.deformed(step);
+    let (positions, rotations) = configuration(base, start, step, &cell);
+    let mut cycles = 0;
+    if let Some(mut assembly) = Assembly::new(base, cell, positions, rotations) {
+        let mut motion = CellMotion::new(asked.to, asked.to, asked.stress, 0, STRESS_DRIVEN_RATE);
+        let limits = Limits {
+            friction: Friction::ReturnMapping,
+            cap: settings.return_mapping_cap,
+            rebase_after: settings.rebase_after,
         };
-        return answer(base, &assembly, *gradient, &relaxed, method, settings);
+        let relaxed = relax(&mut assembly, &mut motion, &limits, settings);
+        if relaxed.outcome == Outcome::Equilibrium && !strayed(base, &assembly) {
+            let method = if relaxed.rebased {
+                Method::Rebased
+            } else {
+                Method::ReturnMapping
+            };
+            return answer(base, &assembly, motion.gradient, &relaxed, method, settings);
+        }
+        cycles = relaxed.cycles;
     }
-    follow_path(
-        base,
-        &identity(),
-        gradient,
-        [[None; 2]; 2],
-        settings,
-        relaxed.cycles,
-    )
+    follow_path(base, asked, settings, cycles)
 }
 
 /// Whether the grains have gone where a return mapping has no say: all contacts lost, or a grain further
 /// from its affine motion than [`STRAY`]. A sudden large increment may throw grains apart or through
 /// each other, and what results can be in perfect equilibrium: whether it is the answer, the slow path tells.
-pub(crate) fn strayed(base: &Rev<2, 1>, assembly: &Assembly<'_>) -> bool {
+fn strayed(base: &Rev<2, 1>, assembly: &Assembly<'_>) -> bool {
     if !base.state.contacts.is_empty() && assembly.closed().next().is_none() {
         return true;
     }
@@ -86,20 +106,20 @@ pub(crate) fn strayed(base: &Rev<2, 1>, assembly: &Assembly<'_>) -> bool {
 /// network depends on the way: where one way ends in a slow creep, another often settles.
 const RAMPS: [u32; 3] = [1, 2, 10];
 
-/// The path solver: a slow ramp of F from `from`, at the base, to `gradient`, then relaxation; slower
-/// ramps where that does not settle.
+/// Largest strain per cycle of a component that follows its stress.
+const STRESS_DRIVEN_RATE: f64 = 1e-4;
+
+/// The path solver: a slow ramp of F, then relaxation; slower ramps where that does not settle.
 pub(crate) fn follow_path(
     base: &Rev<2, 1>,
-    from: &Tensor2<2>,
-    gradient: &Tensor2<2>,
-    stress: [[Option<f64>; 2]; 2],
+    asked: &Asked,
     settings: &Settings,
     cycles_before: u32,
 ) -> Result<Response, EquilibriumError> {
     let mut strain: f64 = 0.0;
     for k in 0..2 {
         for l in 0..2 {
-            strain = strain.max((gradient[k][l] - from[k][l]).abs());
+            strain = strain.max((asked.to[k][l] - asked.from[k][l]).abs());
         }
     }
     let limits = Limits {
@@ -115,7 +135,8 @@ pub(crate) fn follow_path(
         let mut assembly = Assembly::new(base, cell, positions, unturned)
             .ok_or_else(|| too_small(base, &cell, cycles))?;
         let ramp = ramp_cycles(strain, slower, settings);
-        let mut motion = CellMotion::new(*from, *gradient, stress, ramp, 1e-4);
+        let mut motion =
+            CellMotion::new(asked.from, asked.to, asked.stress, ramp, STRESS_DRIVEN_RATE);
         let mut relaxed = relax(&mut assembly, &mut motion, &limits, settings);
         cycles = cycles.saturating_add(relaxed.cycles);
         relaxed.cycles = cycles;
@@ -259,7 +280,7 @@ fn flaw(base: &Rev<2, 1>) -> Option<String> {
 /// x = F H_0 H_s⁻¹ x_s, so that the fluctuations are carried over; grains turn by the change of the
 /// macroscopic rotation. The cell vectors of both must describe the same lattice, which a
 /// reduction may have changed: then the affine motion serves.
-pub(crate) fn configuration(
+fn configuration(
     base: &Rev<2, 1>,
     start: Option<Start<'_>>,
     gradient: &Tensor2<2>,
@@ -302,7 +323,7 @@ pub(crate) fn configuration(
 }
 
 /// Stress, tangents and end state of an assembly in equilibrium.
-pub(crate) fn answer(
+fn answer(
     base: &Rev<2, 1>,
     assembly: &Assembly<'_>,
     gradient: Tensor2<2>,
