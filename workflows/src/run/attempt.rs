@@ -73,6 +73,21 @@ pub struct Attempt {
     pub done: usize,
 }
 
+/// What the journal of a step holds.
+pub enum Opened {
+    /// An attempt that was interrupted.
+    TakenUp {
+        /// The attempt.
+        attempt: Box<Attempt>,
+        /// Its place in the programme.
+        place: Place,
+        /// Attempts at the step that failed before it.
+        cuts: u32,
+    },
+    /// Nothing to go on from.
+    Empty(StepJournal),
+}
+
 impl Attempt {
     /// A new attempt, before its first wave.
     pub fn new(solver: StepSolver<2>, journal: StepJournal) -> Self {
@@ -96,23 +111,27 @@ impl Attempt {
     }
 
     /// Takes up the attempt that a journal tells of, at its newest wave that is whole and starts from the committed
-    /// step; otherwise the journal back, emptied.
-    pub fn restore(
+    /// step; where there is none, the journal is emptied.
+    pub fn open(
         mut journal: StepJournal,
         problem: &Arc<Problem<2>>,
         committed: Committed<'_>,
-    ) -> Result<Result<(Self, Place, u32), StepJournal>, RunError> {
+    ) -> Result<Opened, RunError> {
         // A kill may have torn the header of the newest wave; the wave before it, whole, is still there then.
         for wave in journal.waves()?.into_iter().rev() {
             if let Some(restored) = restore_wave(&mut journal, wave, problem, committed)? {
                 let mut attempt = Self::new(restored.solver, journal);
                 attempt.ends = restored.ends;
-                return Ok(Ok((attempt, restored.place, restored.cuts)));
+                return Ok(Opened::TakenUp {
+                    attempt: Box::new(attempt),
+                    place: restored.place,
+                    cuts: restored.cuts,
+                });
             }
         }
         // Torn, or of another history: whatever it was, computing it again gives the same bits.
         journal.keep(&[])?;
-        Ok(Err(journal))
+        Ok(Opened::Empty(journal))
     }
 
     /// Sends a wave out: journalled answers are taken, the rest become tasks, and a join ends it.

@@ -13,7 +13,7 @@ use solver_fem::{
 use store::{Digest, Frame, FrameId, Role, Seal, StepIndex};
 
 use super::{
-    attempt::{Attempt, Committed, TaskPolicy},
+    attempt::{Attempt, Committed, Opened, TaskPolicy},
     core::{Core, Ending},
     error::RunError,
     failed_task::{self, Meaning},
@@ -111,23 +111,20 @@ impl BodySteps {
             digest: self.digest,
             points: &self.points,
         };
-        let (attempt, journal) = match Attempt::restore(journal, &self.model.problem, committed)? {
-            Ok((attempt, place, cuts)) => {
-                self.schedule.place = place;
-                self.schedule.cuts = cuts;
-                (Some(attempt), None)
-            }
-            Err(journal) => (None, Some(journal)),
-        };
+        let opened = Attempt::open(journal, &self.model.problem, committed)?;
+        if let Opened::TakenUp { place, cuts, .. } = &opened {
+            self.schedule.place = *place;
+            self.schedule.cuts = *cuts;
+        }
         let Some(interval) = self.schedule.next() else {
             core.ending = Some(Ending::Completed);
             return Ok(());
         };
         core.step_started(self.step + 1, &interval, self.schedule.increments());
         self.interval = Some(interval.clone());
-        let attempt = match (attempt, journal) {
-            (Some(attempt), _) => attempt,
-            (None, Some(journal)) => {
+        let attempt = match opened {
+            Opened::TakenUp { attempt, .. } => *attempt,
+            Opened::Empty(journal) => {
                 let begun = thread_cpu_time();
                 let solver = StepSolver::begin(
                     &self.model.problem,
@@ -140,7 +137,6 @@ impl BodySteps {
                 self.summary.director_s += cpu_since(begun);
                 Attempt::new(solver, journal)
             }
-            (None, None) => return Err(RunError::Engine("a step without a journal".into())),
         };
         let request = attempt.solver.next();
         self.attempt = Some(attempt);
