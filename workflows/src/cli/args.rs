@@ -34,6 +34,9 @@ pub struct Cli {
     pub verb: Verb,
 }
 
+/// The store where none is named.
+pub const DEFAULT_STORE: &str = "femdem-store";
+
 /// Options of every verb.
 #[derive(Debug, Args)]
 pub struct Global {
@@ -42,11 +45,11 @@ pub struct Global {
         long,
         global = true,
         value_name = "DIR",
-        default_value = "femdem-store"
+        default_value = DEFAULT_STORE
     )]
     pub store: PathBuf,
     /// Worker threads; all cores where it is not given. The results do not depend on it, to the last bit.
-    #[arg(long, global = true, value_name = "N")]
+    #[arg(long, global = true, value_name = "N", value_parser = threads)]
     pub threads: Option<NonZeroUsize>,
     /// Report as JSON on stdout.
     #[arg(long, global = true)]
@@ -109,4 +112,14 @@ pub enum Verb {
     Schema,
     /// Print the completions of the command line for a shell.
     Completions(completions::Args),
+}
+
+/// The most worker threads: more than any machine this runs on has cores.
+const MOST_THREADS: usize = 1024;
+
+fn threads(text: &str) -> Result<NonZeroUsize, String> {
+    let threads = text.parse().ok().and_then(NonZeroUsize::new);
+    threads
+        .filter(|threads| threads.get() <= MOST_THREADS)
+        .ok_or_else(|| format!("write a whole number from 1 to {MOST_THREADS}"))
 }

@@ -59,11 +59,12 @@ pub fn execute(
         progress: progress.as_ref(),
     };
     let result = verbs::perform(&cli.verb, &context);
+    let display = display::Display::new(&cli.global);
     let (code, shown) = match &result {
-        Ok(report) => (0, display::report(out, report, cli.global.format())),
+        Ok(report) => (0, display.report(out, report)),
         Err(failure) => (
             failure.kind().exit_code(),
-            display::failure(out, err, failure, cli.global.format()),
+            display.failure(out, err, failure),
         ),
     };
     match shown.and_then(|()| out.flush()) {

@@ -48,7 +48,7 @@ pub fn prepare(
         progress: context.progress,
         phase: Phase::Start(plan),
     };
-    let ended = conduct(&mut preparer, context.threads());
+    let ended = conduct(&mut preparer, context.threads(), context.progress);
     context.progress.finished();
     let explained = |error| explain("prepare the packings", error);
     if let Conducted::Stopped(signal) = ended.map_err(explained)? {

@@ -120,7 +120,8 @@ pub fn advance(
 
 /// Runs the graph of a session and says how that ended.
 fn drive(campaign: &mut Campaign<'_>, threads: NonZeroUsize) -> Result<SessionEnd, RunError> {
-    match conduct(campaign, threads)? {
+    let progress = campaign.core.progress;
+    match conduct(campaign, threads, progress)? {
         Conducted::Stopped(signal) => Ok(SessionEnd::Interrupted(signal)),
         Conducted::Whole => match campaign.ending() {
             Some(Ending::Completed) => Ok(SessionEnd::Completed),
@@ -148,6 +149,7 @@ pub enum Conducted {
 pub fn conduct<D: Director<Job, Error = RunError>>(
     director: &mut D,
     threads: NonZeroUsize,
+    progress: &dyn Progress,
 ) -> Result<Conducted, RunError> {
     let engine_failed = |error: &dyn std::fmt::Display| RunError::Engine(error.to_string());
     let runtime = tokio::runtime::Builder::new_multi_thread()
@@ -157,7 +159,7 @@ pub fn conduct<D: Director<Job, Error = RunError>>(
         .map_err(|error| engine_failed(&error))?;
     let pool = Arc::new(LocalPool::new(threads).map_err(|error| engine_failed(&error))?);
     let cancel = CancelToken::new();
-    let signal = Arc::new(AtomicI32::new(0));
+    let signal = AtomicI32::new(0);
     let mut graph = Graph::new();
     graph.add_join("start", Vec::new())?;
     let options = RunOptions {
@@ -166,10 +168,12 @@ pub fn conduct<D: Director<Job, Error = RunError>>(
         ..RunOptions::default()
     };
     let summary = runtime.block_on(async {
-        let listener = tokio::spawn(listen(cancel, Arc::clone(&signal)));
-        let summary = engine::run(graph, director, pool, options).await;
-        listener.abort();
-        summary
+        let run = engine::run(graph, director, pool, options);
+        tokio::pin!(run);
+        tokio::select! {
+            summary = &mut run => summary,
+            () = listen(cancel, &signal, progress) => run.await,
+        }
     });
     // A task that does not stop must not keep the process from ending.
     runtime.shutdown_background();
@@ -183,16 +187,14 @@ pub fn conduct<D: Director<Job, Error = RunError>>(
     }
 }
 
-/// Waits for SIGINT and SIGTERM.
-async fn listen(cancel: CancelToken, received: Arc<AtomicI32>) {
+/// Waits for SIGINT and SIGTERM; ends only where they cannot be listened to.
+async fn listen(cancel: CancelToken, received: &AtomicI32, progress: &dyn Progress) {
     use tokio::signal::unix::{SignalKind, signal};
     let (Ok(mut interrupt), Ok(mut terminate)) = (
         signal(SignalKind::interrupt()),
         signal(SignalKind::terminate()),
     ) else {
-        tracing::warn!(
-            "signals cannot be listened to; stopping the process loses the running wave"
-        );
+        progress.note("signals cannot be listened to: Ctrl-C ends the process like a kill");
         return;
     };
     for level in 0.. {
@@ -202,7 +204,11 @@ async fn listen(cancel: CancelToken, received: Arc<AtomicI32>) {
         };
         received.store(number, Ordering::SeqCst);
         match level {
-            0 => cancel.cancel(),
+            0 => {
+                progress
+                    .note("stopping when the running tasks have ended; once more stops at once");
+                cancel.cancel();
+            }
             _ => cancel.cancel_now(),
         }
     }

@@ -21,7 +21,7 @@ pub struct Material {
 #[serde(deny_unknown_fields, default)]
 pub struct Rev {
     /// Number of grains.
-    #[schemars(range(min = 16, max = 1_000_000))]
+    #[schemars(range(min = 16, max = 20_000))]
     pub grains: u32,
     /// Largest over smallest grain radius; radii are uniform in size between the two.
     #[schemars(range(min = 1.0, max = 20.0))]
