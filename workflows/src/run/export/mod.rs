@@ -84,19 +84,25 @@ pub fn export(
     let text = summary(&run, &folder, &files);
     let data = json!({
         "name": run.name().as_str(),
-        "steps": run.last_index(),
+        "steps": exported(&run),
         "into": folder.display().to_string(),
         "files": files,
     });
     Ok(Report::new(text, &data))
 }
 
+/// Load steps that can be exported; the initial state is none.
+fn exported(run: &RunView) -> usize {
+    let sound = run.steps.iter().filter(|step| step.record.is_sound());
+    sound.filter(|step| step.record.index.0 > 0).count()
+}
+
 fn summary(run: &RunView, folder: &Path, files: &[String]) -> String {
     let place = folder.display();
     let mut text = format!(
-        "Run `{}`: {} load steps exported into {place} ({})\n  {place}/curves.csv    curves of the whole run; its head says what the columns mean\n",
+        "Run `{}`: {} exported into {place} ({})\n  {place}/curves.csv    curves of the whole run; its head says what the columns mean\n",
         run.name(),
-        run.last_index(),
+        text::count(exported(run), "load step"),
         text::count(files.len(), "file")
     );
     if files.iter().any(|file| file == FIELDS) {
