@@ -147,13 +147,14 @@ fn a_signal_stops_the_run_in_order_and_says_how_to_go_on() {
                 signal,
             };
             let outcome = ordeal.hit(&place, blow).ended_with(code);
-            assert!(
-                outcome
-                    .err
-                    .contains(&format!("femdem-flow resume {}", SMOOTH.run)),
-                "{}",
-                outcome.err
+            // The command that it proposes works when it is pasted: it names the store.
+            let store = place.store();
+            let command = format!(
+                "femdem-flow --store {} resume {}",
+                store.display(),
+                SMOOTH.run
             );
+            assert!(outcome.err.contains(&command), "{}", outcome.err);
             let stopped = history::of(&place.store(), SMOOTH.run).unwrap();
             assert_eq!(stopped.state, store::RunState::Interrupted);
             assert!(stopped.steps.len() < SMOOTH.calm().history.steps.len());
