@@ -116,13 +116,7 @@ fn a_run_whose_process_died_is_not_called_running() {
             .out
             .contains("interrupted (killed)")
     );
-    assert!(
-        bench
-            .run(&["status"])
-            .good()
-            .out
-            .contains("femdem-flow resume block")
-    );
+    assert!(bench.run(&["status"]).good().out.contains(" resume block`"));
     let after = bench.run(&["resume", "block", "--json"]).good().json();
     assert_eq!(
         (&after["state"], &after["digest"]),
