@@ -175,6 +175,12 @@ impl<'a> Assembly<'a> {
         &self.law
     }
 
+    /// f_c/a: the stress that cohesion stands for, 0 without.
+    pub fn bond_stress(&self) -> f64 {
+        let diameters: f64 = self.radii.iter().map(|radius| 2.0 * radius).sum();
+        self.law.cohesion * self.radii.len() as f64 / diameters
+    }
+
     pub fn len(&self) -> usize {
         self.velocities.len()
     }

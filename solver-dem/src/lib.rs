@@ -37,4 +37,4 @@ pub use prepare::{PreparationError, Quality, Recipe, prepare, settle};
 pub use respond::respond;
 pub use response::{EquilibriumError, Method, Report, Response, Start};
 pub use rev::{Contact, Grains, Rev, RevState};
-pub use settings::{Settings, Tangents};
+pub use settings::{LossOfConfinement, Settings, Tangents};

@@ -50,8 +50,8 @@ impl CellMotion {
     }
 
     /// The largest stress error over the scale of the stresses, 0 without stress control.
-    fn stress_error(&self, stress: &Tensor2<2>) -> f64 {
-        let scale = self.scale(stress);
+    fn stress_error(&self, stress: &Tensor2<2>, bond: f64) -> f64 {
+        let scale = self.scale(stress, bond);
         let mut worst: f64 = 0.0;
         for (row, target) in stress.iter().zip(&self.stress) {
             for (now, target) in row.iter().zip(target) {
@@ -63,8 +63,9 @@ impl CellMotion {
         worst
     }
 
-    /// The largest stress asked for, or the present mean stress where only zero is asked for.
-    fn scale(&self, stress: &Tensor2<2>) -> f64 {
+    /// The largest stress asked for; where only zero is asked for, the present mean stress or what the bonds
+    /// carry, whichever is larger.
+    fn scale(&self, stress: &Tensor2<2>, bond: f64) -> f64 {
         let asked = self
             .stress
             .iter()
@@ -74,7 +75,7 @@ impl CellMotion {
         if asked > 0.0 {
             asked
         } else {
-            mean(stress).abs()
+            mean(stress).abs().max(bond)
         }
     }
 
@@ -163,6 +164,7 @@ pub(crate) fn relax(
         rebased: false,
         outcome: Outcome::Exhausted,
     };
+    let bond = assembly.bond_stress();
     let mut last_stress: Option<Tensor2<2>> = None;
     assembly.compute_forces(limits.friction);
     loop {
@@ -174,8 +176,8 @@ pub(crate) fn relax(
         if checked && cycle >= motion.ramp {
             let stress = assembly.stress();
             result.residual = assembly.residual();
-            result.stress_error = motion.stress_error(&stress);
-            result.drift = last_stress.map_or(f64::INFINITY, |last| change(&last, &stress));
+            result.stress_error = motion.stress_error(&stress, bond);
+            result.drift = last_stress.map_or(f64::INFINITY, |last| change(&last, &stress, bond));
             last_stress = Some(stress);
             if result.residual <= settings.tolerance
                 && result.drift <= settings.drift_tolerance
@@ -203,9 +205,10 @@ pub(crate) fn relax(
     }
 }
 
-/// The largest change of a component over the mean stress.
-fn change(a: &Tensor2<2>, b: &Tensor2<2>) -> f64 {
-    let scale = mean(b).abs();
+/// The largest change of a component over the mean stress, or over what the bonds carry if that is more: the stress of
+/// cohesive grains pulled apart is zero to rounding, and no scale of itself.
+fn change(a: &Tensor2<2>, b: &Tensor2<2>, bond: f64) -> f64 {
+    let scale = mean(b).abs().max(bond);
     let largest = a
         .iter()
         .flatten()

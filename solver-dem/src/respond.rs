@@ -8,8 +8,8 @@ use crate::{
     network::{self, Linearisation, Network},
     relax::{CellMotion, Limits, Outcome, Relaxed, relax},
     response::{EquilibriumError, Method, Report, Response, Start},
-    settings::{Settings, Tangents},
-    tensor::{Tensor2, apply, identity, invert, product, rotation_angle},
+    settings::{LossOfConfinement, Settings, Tangents},
+    tensor::{Tensor2, apply, identity, invert, product, rotation, rotation_angle},
 };
 
 /// Largest departure from the affine motion that return mapping is trusted with, over the mean diameter.
@@ -20,12 +20,15 @@ const STRAY: f64 = 0.25;
 /// Return mapping first, from `start` or from the affine motion; when that does not settle, the
 /// path solver along a ramp from the base. A pure function: same arguments, same bits.
 ///
-/// A REV pulled apart until no grain touches another is an answer, not an error: its stress and its tangents
-/// are zero and [`Report::affine_tangent`] is set, so that the caller can tell a void from a solid. Only
-/// the path solver may find it.
+/// Where [`Settings::loss_of_confinement`] allows it, a REV pulled apart until no grain touches another is an answer:
+/// its stress and its tangents are zero, and [`Report::contacts`] tells the void from a solid. Only the path
+/// solver may find it.
+///
+/// F = R·U is split first: the grains see U alone, and what they answer is turned by R. So a rotation of any angle
+/// changes nothing, on either solver.
 ///
 /// # Errors
-/// [`EquilibriumError`] when F is no motion, the cell gets too small, or nothing settles.
+/// [`EquilibriumError`] when F is no motion, the cell gets too small, all contacts are lost, or nothing settles.
 pub fn respond(
     base: &Rev<2, 1>,
     start: Option<Start<'_>>,
@@ -33,12 +36,24 @@ pub fn respond(
     settings: &Settings,
 ) -> Result<Response, EquilibriumError> {
     check(base, gradient)?;
+    let angle = rotation_angle(gradient);
+    let back = rotation(-angle);
+    let stretch = if angle == 0.0 {
+        *gradient
+    } else {
+        product(&back, gradient)
+    };
     let asked = Asked {
         from: identity(),
-        to: *gradient,
+        to: stretch,
         stress: [[None; 2]; 2],
     };
-    map_or_follow(base, start, gradient, &asked, settings)
+    let mut response = map_or_follow(base, start, &stretch, &asked, settings)?;
+    if angle != 0.0 {
+        response.turn(angle);
+        response.gradient = *gradient;
+    }
+    Ok(response)
 }
 
 /// What is asked of the cell: F goes from `from`, which belongs to the base, to `to`, except in the
@@ -177,6 +192,13 @@ pub(crate) fn finish(
     match relaxed.outcome {
         Outcome::Equilibrium => answer(base, assembly, motion.gradient, relaxed, method, settings),
         Outcome::CellTooSmall => Err(too_small(base, &assembly.cell, relaxed.cycles)),
+        // A stress that no strain can carry pulls the grains apart.
+        Outcome::Exhausted
+            if assembly.closed().next().is_none()
+                && settings.loss_of_confinement == LossOfConfinement::Fail =>
+        {
+            Err(unconfined(base, assembly, relaxed.cycles))
+        }
         Outcome::Exhausted => Err(EquilibriumError::NotReached {
             cycles: relaxed.cycles,
             residual: relaxed.residual,
@@ -192,6 +214,14 @@ fn too_small(base: &Rev<2, 1>, cell: &crate::Cell<2>, cycles: u32) -> Equilibriu
     EquilibriumError::CellTooSmall {
         height: cell.smallest_height(),
         needed: 2.0 * cutoff,
+        cycles,
+    }
+}
+
+fn unconfined(base: &Rev<2, 1>, assembly: &Assembly<'_>, cycles: u32) -> EquilibriumError {
+    EquilibriumError::ConfinementLost {
+        volume_change: assembly.cell.volume() / base.state.cell.volume(),
+        contacts: base.state.contacts.len(),
         cycles,
     }
 }
@@ -296,9 +326,7 @@ fn configuration(
     {
         let from_start = product(&cell.h, &back);
         let earlier = rotation_angle(&product(&start.state.cell.h, &base_back));
-        let spread =
-            (0..4).map(|k| (from_start[k / 2][k % 2] - f64::from(u8::from(k / 2 == k % 2))).abs());
-        if spread.fold(0.0, f64::max) < 0.1 {
+        if stretched_by(&from_start) < 0.2 {
             let positions = start
                 .state
                 .positions
@@ -320,6 +348,14 @@ fn configuration(
         .map(|x| apply(gradient, x))
         .collect();
     (positions, vec![angle; n])
+}
+
+/// The largest component of FᵀF − 1, which no rotation changes.
+fn stretched_by(f: &Tensor2<2>) -> f64 {
+    let transposed = [[f[0][0], f[1][0]], [f[0][1], f[1][1]]];
+    let c = product(&transposed, f);
+    let components = [c[0][0] - 1.0, c[0][1], c[1][1] - 1.0];
+    components.iter().fold(0.0, |m: f64, x| m.max(x.abs()))
 }
 
 /// Stress, tangents and end state of an assembly in equilibrium.
@@ -348,6 +384,9 @@ fn answer(
         &whole
     };
     let closed = assembly.closed().count();
+    if closed == 0 && settings.loss_of_confinement == LossOfConfinement::Fail {
+        return Err(unconfined(base, assembly, relaxed.cycles));
+    }
     let sliding = over_increment
         .closed()
         .filter(|link| over_increment.geometry(link).status == Status::Sliding)

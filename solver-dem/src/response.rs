@@ -5,7 +5,7 @@ use thiserror::Error;
 
 use crate::{
     RevState,
-    tensor::{Tensor2, Tensor4},
+    tensor::{Tensor2, Tensor4, apply, rotated2, rotated4, rotation},
 };
 
 /// A configuration near the solution, from an earlier solve from the same base: relaxation
@@ -74,6 +74,27 @@ pub struct Response {
     pub report: Report,
 }
 
+impl Response {
+    /// Turns all of it by `angle` (radians, counter-clockwise) as a rigid body. Tangential forces are objective by
+    /// themselves.
+    pub(crate) fn turn(&mut self, angle: f64) {
+        let r = rotation(angle);
+        self.state.cell = self.state.cell.deformed(&r);
+        for x in &mut self.state.positions {
+            *x = apply(&r, x);
+        }
+        for theta in &mut self.rotations {
+            *theta += angle;
+        }
+        self.stress = rotated2(&r, &self.stress);
+        let shear = 0.5 * (self.stress[0][1] + self.stress[1][0]);
+        self.stress[0][1] = shear;
+        self.stress[1][0] = shear;
+        self.tangent = rotated4(&r, &self.tangent);
+        self.elastic_tangent = rotated4(&r, &self.elastic_tangent);
+    }
+}
+
 /// Why a REV has no answer.
 #[derive(Clone, Debug, Error, PartialEq, Serialize, Deserialize)]
 pub enum EquilibriumError {
@@ -99,6 +120,18 @@ pub enum EquilibriumError {
         height: f64,
         /// Two cut-off lengths.
         needed: f64,
+        /// Cycles done.
+        cycles: u32,
+    },
+    /// No grain touches another, and [`crate::LossOfConfinement`] does not allow it.
+    #[error(
+        "all contacts lost after {cycles} cycles: nothing confines the grains at det F = {volume_change:.6} (base: {contacts} contacts); a void is an answer under `loss_of_confinement: allow` only"
+    )]
+    ConfinementLost {
+        /// det F: the volume over that of the base.
+        volume_change: f64,
+        /// Closed contacts of the base.
+        contacts: usize,
         /// Cycles done.
         cycles: u32,
     },

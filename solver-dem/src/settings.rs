@@ -14,6 +14,18 @@ pub enum Tangents {
     Algorithmic,
 }
 
+/// What becomes of a REV whose grains have all come apart. Without cohesion that is where it is pulled, or unloaded to no
+/// stress at all.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LossOfConfinement {
+    /// There is no answer, which [`crate::EquilibriumError::ConfinementLost`] says.
+    #[default]
+    Fail,
+    /// The answer is a void: zero stress, zero tangents, until grains touch again.
+    Allow,
+}
+
 /// Numerical settings of a REV solve. The defaults are the measured ones of docs/design/rev-solver.md.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -41,6 +53,8 @@ pub struct Settings {
     pub network_regularisation: f64,
     /// Which tangents are computed: each costs about 40 cycles.
     pub tangents: Tangents,
+    /// Whether a REV without contacts is an answer.
+    pub loss_of_confinement: LossOfConfinement,
 }
 
 impl Default for Settings {
@@ -56,6 +70,7 @@ impl Default for Settings {
             ramp_min_cycles: 200,
             network_regularisation: 1e-3,
             tangents: Tangents::Both,
+            loss_of_confinement: LossOfConfinement::Fail,
         }
     }
 }

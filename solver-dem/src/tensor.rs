@@ -85,6 +85,50 @@ pub fn rotation_angle(f: &Tensor2<2>) -> f64 {
     libm::atan2(f[1][0] - f[0][1], f[0][0] + f[1][1])
 }
 
+/// The rotation by `angle`, counter-clockwise positive, radians.
+pub fn rotation(angle: f64) -> Tensor2<2> {
+    let (s, c) = libm::sincos(angle);
+    [[c, -s], [s, c]]
+}
+
+/// R·t·Rᵀ.
+pub fn rotated2<const D: usize>(r: &Tensor2<D>, t: &Tensor2<D>) -> Tensor2<D> {
+    let mut turned = [[0.0; D]; D];
+    for i in 0..D {
+        for j in 0..D {
+            for k in 0..D {
+                for l in 0..D {
+                    turned[i][j] += r[i][k] * t[k][l] * r[j][l];
+                }
+            }
+        }
+    }
+    turned
+}
+
+/// R_ia R_jb R_kc R_ld C_abcd.
+pub fn rotated4<const D: usize>(r: &Tensor2<D>, c: &Tensor4<D>) -> Tensor4<D> {
+    // The first pair of indices, then the second.
+    let mut half = [[[[0.0; D]; D]; D]; D];
+    for k in 0..D {
+        for l in 0..D {
+            let mut slice = [[0.0; D]; D];
+            for i in 0..D {
+                for j in 0..D {
+                    slice[i][j] = c[i][j][k][l];
+                }
+            }
+            let slice = rotated2(r, &slice);
+            for i in 0..D {
+                for j in 0..D {
+                    half[i][j][k][l] = slice[i][j];
+                }
+            }
+        }
+    }
+    half.map(|row| row.map(|slice| rotated2(r, &slice)))
+}
+
 /// tr(t)/D.
 pub fn mean<const D: usize>(t: &Tensor2<D>) -> f64 {
     (0..D).map(|i| t[i][i]).sum::<f64>() / D as f64

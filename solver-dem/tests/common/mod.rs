@@ -7,7 +7,7 @@ use solver_dem::{
     Component, Control, Method, Recipe, Response, Rev, Settings, drive,
     exchange::PackingRecord,
     prepare,
-    tensor::{Tensor2, Tensor4, apply, product},
+    tensor::{Tensor2, Tensor4, apply},
 };
 
 /// No deformation.
@@ -40,6 +40,25 @@ pub static SHEARED: LazyLock<Rev<2, 1>> = LazyLock::new(|| {
     rev
 });
 
+/// Like [`SMALL`], with a bond of f_c = a σ0 at every contact.
+pub static COHESIVE: LazyLock<Rev<2, 1>> = LazyLock::new(|| {
+    let recipe = Recipe {
+        cohesion_ratio: 1.0,
+        ..recipe(100, 3)
+    };
+    prepare(&recipe).unwrap().0
+});
+
+/// Both normal stresses given, no shear strain and no rotation.
+pub fn stress_control(xx: f64, yy: f64) -> Control {
+    Control {
+        components: [
+            [Component::Stress(xx), Component::Gradient(0.0)],
+            [Component::Gradient(0.0), Component::Stress(yy)],
+        ],
+    }
+}
+
 /// The packing of another code in tests/data.
 pub fn imported() -> Rev<2, 1> {
     record().to_rev().unwrap()
@@ -71,18 +90,6 @@ pub fn tight() -> Settings {
         network_regularisation: 0.0,
         ..Settings::default()
     }
-}
-
-/// The rotation by `angle`, counter-clockwise.
-pub fn rotation(angle: f64) -> Tensor2<2> {
-    let (s, c) = angle.sin_cos();
-    [[c, -s], [s, c]]
-}
-
-/// R·t·Rᵀ.
-pub fn rotated(r: &Tensor2<2>, t: &Tensor2<2>) -> Tensor2<2> {
-    let transposed = [[r[0][0], r[1][0]], [r[0][1], r[1][1]]];
-    product(&product(r, t), &transposed)
 }
 
 /// The REV turned as a rigid body.

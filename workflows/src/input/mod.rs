@@ -22,7 +22,8 @@ mod tree;
 use std::path::Path as FilePath;
 
 pub use document::{
-    Annulus, Box2, Field, Mesh, OutputSettings, Packings, Rectangle, Sector, SolverSettings,
+    Annulus, Box2, Field, LossOfConfinement, Mesh, OutputSettings, Packings, Rectangle, Sector,
+    SolverSettings,
 };
 pub use error::{InputError, InputErrors, Span};
 pub use problem::Problem;

@@ -158,6 +158,10 @@ pub fn step_control(solver: &SolverSettings) -> StepControlSettings {
 pub fn rev_settings(solver: &SolverSettings) -> solver_dem::Settings {
     solver_dem::Settings {
         tolerance: solver.rev_tolerance,
+        loss_of_confinement: match solver.loss_of_confinement {
+            input::LossOfConfinement::Fail => solver_dem::LossOfConfinement::Fail,
+            input::LossOfConfinement::Allow => solver_dem::LossOfConfinement::Allow,
+        },
         ..solver_dem::Settings::default()
     }
 }

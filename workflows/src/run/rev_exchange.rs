@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use serde_json::{Value, json};
-use solver_dem::{Settings, exchange::PackingRecord, respond, settle, tensor};
+use solver_dem::{LossOfConfinement, Settings, exchange::PackingRecord, respond, settle, tensor};
 
 use super::{
     Context, load,
@@ -29,14 +29,17 @@ pub fn import(path: &Path) -> Result<Report, Failure> {
     let unbalance = (!record.contacts_list.is_empty())
         .then(|| unbalance(&rev))
         .flatten();
-    let at_rest =
-        respond(&rev, None, &tensor::identity(), &Settings::default()).map_err(|error| {
-            Failure::new(
-                FailureKind::Run,
-                format!("failed to bring {name} to equilibrium"),
-            )
-            .because(error)
-        })?;
+    let settings = Settings {
+        loss_of_confinement: LossOfConfinement::Allow,
+        ..Settings::default()
+    };
+    let at_rest = respond(&rev, None, &tensor::identity(), &settings).map_err(|error| {
+        Failure::new(
+            FailureKind::Run,
+            format!("failed to bring {name} to equilibrium"),
+        )
+        .because(error)
+    })?;
     let rest = super::point::with_state(&rev, at_rest.state.clone());
     let [[xx, xy], [_, yy]] = at_rest.stress;
     let mut text = format!(

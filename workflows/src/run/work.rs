@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use engine::{Stop, TaskContext, Work};
 use serde::{Deserialize, Serialize};
-use solver_dem::{Control, Method, Quality, Recipe, Report, Settings, drive, prepare, respond};
+use solver_dem::{
+    Control, LossOfConfinement, Method, Quality, Recipe, Report, Settings, drive, prepare, respond,
+};
 use solver_fem::{Tensor2, Tensor4};
 use thiserror::Error;
 
@@ -145,7 +147,12 @@ impl Work for Job {
 /// Stress and elastic tangent of a packing as it stands.
 fn measure(rev: PlaneRev, quality: Option<Quality>) -> Result<Packing, JobError> {
     let unmoved = solver_dem::tensor::identity();
-    let response = respond(&rev, None, &unmoved, &Settings::default())?;
+    // Whether a void will do is for the load steps to say.
+    let settings = Settings {
+        loss_of_confinement: LossOfConfinement::Allow,
+        ..Settings::default()
+    };
+    let response = respond(&rev, None, &unmoved, &settings)?;
     Ok(Packing {
         rev,
         quality,

@@ -21,7 +21,7 @@ pub use element_test::{Component, Control, ElementTest, LoadPath};
 pub use material::{Elastic, Material, Packings, Rev};
 pub use mesh::{Annulus, Box2, Mesh, Rectangle, Region, Sector};
 pub use programme::Stage;
-pub use settings::{Field, OutputSettings, SolverSettings};
+pub use settings::{Field, LossOfConfinement, OutputSettings, SolverSettings};
 
 /// The input of one run of femdem-flow.
 ///

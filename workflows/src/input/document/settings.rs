@@ -31,6 +31,8 @@ pub struct SolverSettings {
     /// Largest unbalanced force in a REV over its mean contact force. Inside a REV, equilibrium is always required.
     #[schemars(extend("exclusiveMinimum" = 0.0), range(max = 1e-2))]
     pub rev_tolerance: f64,
+    /// What becomes of a REV whose grains have all come apart.
+    pub loss_of_confinement: LossOfConfinement,
     /// Longest time one REV task may take, in seconds.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub task_time_limit: f64,
@@ -51,10 +53,21 @@ impl Default for SolverSettings {
             smallest_step: 1.0 / 64.0,
             step_growth: 1.25,
             rev_tolerance: 1e-4,
+            loss_of_confinement: LossOfConfinement::Fail,
             task_time_limit: 600.0,
             task_retries: 1,
         }
     }
+}
+
+/// What becomes of a REV whose grains have all come apart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LossOfConfinement {
+    /// The step is cut; where no shorter one keeps the grains together, the run ends and names the element.
+    Fail,
+    /// The REV is a void without stress and stiffness, until its grains touch again.
+    Allow,
 }
 
 /// What is written for other programs to read. The curves of the whole run (CSV) always are.
