@@ -14,6 +14,7 @@
 mod kernel;
 mod link;
 mod list;
+mod quad;
 #[cfg(test)]
 mod tests;
 
@@ -23,9 +24,10 @@ use crate::{
     tensor::{Tensor2, Vector},
 };
 pub(crate) use kernel::damped;
-use kernel::{Block, LANES, Load, Pose, Velocity};
+use kernel::{Block, Field, Forces, Inertia, LANES, Load, Motion, Pose, Velocity};
 pub(crate) use link::{Geometry, Link};
-use link::{length, share_of};
+use link::{History, length, share_of};
+use quad::Simd;
 
 /// Δt √k with masses after the contacts.
 const TIME_STEP: f64 = 0.45;
@@ -59,6 +61,13 @@ pub(crate) enum Friction {
     Path,
 }
 
+/// What a look at all pairs writes down.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Record {
+    Nothing,
+    All,
+}
+
 /// The state from which return mapping counts displacements.
 struct Reference {
     cell: Cell<2>,
@@ -68,6 +77,7 @@ struct Reference {
 
 /// The working set of one REV solve.
 pub(crate) struct Assembly<'a> {
+    simd: Simd,
     radii: &'a [f64],
     law: ContactLaw,
     dt: f64,
@@ -81,13 +91,14 @@ pub(crate) struct Assembly<'a> {
     velocities: Vec<Velocity>,
     /// Rotations of the reference state since the start of the increment.
     rotations0: Vec<f64>,
-    /// Δt over mass and moment of inertia.
-    steps: Vec<Velocity>,
+    inertia: Vec<Inertia>,
     loads: Vec<Load>,
     blocks: Vec<Block>,
-    /// Pairs in the blocks, without the empty lanes of the last one.
-    pairs: usize,
-    /// Whole cell vectors between the images of each pair.
+    /// Of the pairs in `blocks`, as last recorded.
+    forces: Vec<Forces>,
+    /// Where in the blocks each pair lies, by grain numbers.
+    slots: Vec<u32>,
+    /// Whole cell vectors between the images of each pair, by grain numbers.
     shifts: Vec<Vector<2>>,
     reference: Reference,
     listed: Vec<Vector<2>>,
@@ -111,11 +122,12 @@ impl<'a> Assembly<'a> {
             .iter()
             .zip(&rotations)
             .zip(radii)
-            .map(|((x, theta), radius)| [x[0], x[1], *theta, *radius])
+            .map(|((x, theta), radius)| [x[0], x[1], *theta, radius * theta])
             .collect();
         poses.push([0.0; 4]);
         let dt = TIME_STEP / base.law.largest_stiffness().sqrt();
         let mut assembly = Self {
+            simd: Simd::of_this_processor(),
             radii,
             law: base.law,
             dt,
@@ -126,10 +138,11 @@ impl<'a> Assembly<'a> {
             poses,
             velocities: vec![[0.0; 4]; n],
             rotations0: vec![0.0; n],
-            steps: vec![[0.0; 4]; n],
+            inertia: vec![[0.0; 4]; n],
             loads: vec![[0.0; 4]; n + 1],
             blocks: Vec::new(),
-            pairs: 0,
+            forces: Vec::new(),
+            slots: Vec::new(),
             shifts: Vec::new(),
             reference: Reference {
                 cell: base.state.cell,
@@ -153,17 +166,23 @@ impl<'a> Assembly<'a> {
         self.margin *= WIDE_LIST_MARGIN / LIST_MARGIN;
     }
 
-    /// Gives the grains their inertia, after the contacts of the forces last computed.
+    /// Gives the grains their inertia, after the contacts last recorded.
     pub fn set_masses(&mut self) {
-        for ((step, load), radius) in self.steps.iter_mut().zip(&self.loads).zip(self.radii) {
-            let (mass, inertia) = match self.masses {
+        let mut contacts = vec![0.0; self.len()];
+        for link in self.closed() {
+            contacts[link.i as usize] += 1.0;
+            contacts[link.j as usize] += 1.0;
+        }
+        for ((inertia, contacts), radius) in self.inertia.iter_mut().zip(&contacts).zip(self.radii)
+        {
+            let (mass, moment) = match self.masses {
                 Masses::ByContacts => {
-                    let mass = load[3].max(LEAST_CONTACTS) / UNIT_CONTACTS;
+                    let mass = f64::max(*contacts, LEAST_CONTACTS) / UNIT_CONTACTS;
                     (mass, mass * radius * radius)
                 }
                 Masses::Equal => (1.0, 0.5 * radius * radius),
             };
-            *step = [self.dt / mass, self.dt / mass, self.dt / inertia, 0.0];
+            *inertia = [self.dt / mass, self.dt / mass, self.dt / moment, *radius];
         }
     }
 
@@ -196,27 +215,32 @@ impl<'a> Assembly<'a> {
         turned.map(|(theta0, pose)| theta0 + pose[2]).collect()
     }
 
+    /// The block and the lane of pair k by grain numbers.
+    fn place(&self, k: usize) -> (usize, usize) {
+        let slot = self.slots[k] as usize;
+        (slot / LANES, slot % LANES)
+    }
+
     fn link(&self, k: usize) -> Link {
-        let (block, l) = (&self.blocks[k / LANES], k % LANES);
+        let (b, l) = self.place(k);
+        let (block, forces) = (&self.blocks[b], &self.forces[b]);
         Link {
             i: block.i[l],
             j: block.j[l],
             image: [block.image[0][l], block.image[1][l]],
-            branch0: [block.branch0[0][l], block.branch0[1][l]],
-            overlap0: block.overlap0[l],
-            tangential0: block.tangential0[l],
-            normal: block.normal[l],
-            tangential: block.tangential[l],
-            overlap: block.overlap[l],
+            history: block.history(l),
+            normal: forces.normal[l],
+            tangential: forces.tangential[l],
+            overlap: forces.overlap[l],
         }
     }
 
     /// The listed pairs, by grain numbers.
     fn links(&self) -> impl Iterator<Item = Link> {
-        (0..self.pairs).map(|k| self.link(k))
+        (0..self.slots.len()).map(|k| self.link(k))
     }
 
-    /// The pairs in contact, by grain numbers, with the forces last computed.
+    /// The pairs in contact, by grain numbers, with the forces last recorded.
     pub fn closed(&self) -> impl Iterator<Item = Link> {
         self.links().filter(Link::is_closed)
     }
@@ -226,36 +250,46 @@ impl<'a> Assembly<'a> {
     pub fn carry_along(&mut self, l: &Tensor2<2>) {
         let spin = 0.5 * (l[1][0] - l[0][1]);
         let n = self.len();
-        for pose in &mut self.poses[..n] {
+        for (k, pose) in self.poses[..n].iter_mut().enumerate() {
             let [a, b, ..] = *pose;
             pose[0] = a + (l[0][0] * a + l[0][1] * b);
             pose[1] = b + (l[1][0] * a + l[1][1] * b);
             pose[2] += spin;
+            pose[3] = self.radii[k] * pose[2];
         }
         let mut f = *l;
         f[0][0] += 1.0;
         f[1][1] += 1.0;
         self.cell = self.cell.deformed(&f);
-        for (k, shift) in self.shifts.iter().enumerate() {
-            if *shift != [0.0; 2] {
-                let image = self.cell.translation(shift);
-                self.blocks[k / LANES].image[0][k % LANES] = image[0];
-                self.blocks[k / LANES].image[1][k % LANES] = image[1];
+        for k in 0..self.shifts.len() {
+            if self.shifts[k] != [0.0; 2] {
+                let image = self.cell.translation(&self.shifts[k]);
+                let (b, l) = self.place(k);
+                self.blocks[b].image[0][l] = image[0];
+                self.blocks[b].image[1][l] = image[1];
             }
         }
     }
 
-    /// Contact forces at the current configuration.
-    pub fn compute_forces(&mut self, friction: Friction) {
-        let (blocks, loads) = (&mut self.blocks, &mut self.loads);
-        match friction {
-            Friction::ReturnMapping => {
-                self.virial = kernel::forces::<false>(blocks, &self.poses, &self.law, loads);
-            }
-            Friction::Path => {
-                self.virial = kernel::forces::<true>(blocks, &self.poses, &self.law, loads);
-                self.forget_turns();
-            }
+    /// Contact forces at the current configuration; with `Record::All` every pair's force and the stress are
+    /// known afterwards, else only what moves the grains.
+    pub fn compute_forces(&mut self, friction: Friction, record: Record) {
+        let field = Field {
+            blocks: &mut self.blocks,
+            forces: &mut self.forces,
+            poses: &self.poses,
+            law: &self.law,
+            loads: &mut self.loads,
+        };
+        let forces = match (friction, record) {
+            (Friction::ReturnMapping, Record::Nothing) => kernel::forces::<false, false>,
+            (Friction::ReturnMapping, Record::All) => kernel::forces::<false, true>,
+            (Friction::Path, Record::Nothing) => kernel::forces::<true, false>,
+            (Friction::Path, Record::All) => kernel::forces::<true, true>,
+        };
+        self.virial = forces(self.simd, field);
+        if friction == Friction::Path {
+            self.forget_turns();
         }
     }
 
@@ -264,6 +298,7 @@ impl<'a> Assembly<'a> {
         for (theta0, pose) in self.rotations0.iter_mut().zip(&mut self.poses) {
             *theta0 += pose[2];
             pose[2] = 0.0;
+            pose[3] = 0.0;
         }
     }
 
@@ -281,15 +316,16 @@ impl<'a> Assembly<'a> {
 
     /// One cycle of damped motion under the forces last computed.
     pub fn integrate(&mut self) {
-        let (poses, velocities) = (&mut self.poses, &mut self.velocities);
-        kernel::integrate(
-            poses,
-            velocities,
-            &self.loads,
-            &self.steps,
-            self.dt,
-            self.damping,
-        );
+        let n = self.len();
+        let motion = Motion {
+            poses: &mut self.poses[..n],
+            velocities: &mut self.velocities,
+            loads: &self.loads,
+            inertia: &self.inertia,
+            dt: self.dt,
+            damping: self.damping,
+        };
+        kernel::integrate(self.simd, motion);
     }
 
     /// Largest unbalanced force or moment/radius of a grain over the mean contact force, for the
@@ -308,7 +344,8 @@ impl<'a> Assembly<'a> {
         for (load, radius) in self.loads.iter().zip(self.radii) {
             let force = (load[0] * load[0] + load[1] * load[1]).sqrt();
             // `max` would hide a NaN.
-            let unbalanced = [force, load[2].abs() / radius];
+            let moment = kernel::moment(load, *radius);
+            let unbalanced = [force, moment.abs() / radius];
             if unbalanced.iter().any(|value| !value.is_finite()) {
                 return f64::INFINITY;
             }
@@ -323,12 +360,12 @@ impl<'a> Assembly<'a> {
         self.reference.positions = self.positions();
         self.reference.contacts = self.contacts();
         self.forget_turns();
-        for k in 0..self.pairs {
+        for k in 0..self.slots.len() {
             let link = self.link(k);
             let branch = self.branch(&link);
             let overlap = self.reach(&link) - length(&branch);
-            let block = &mut self.blocks[k / LANES];
-            list::remember(block, k % LANES, &branch, overlap, link.tangential);
+            let (b, l) = self.place(k);
+            self.blocks[b].remember(l, &History::at(&branch, overlap, link.tangential));
         }
     }
 
@@ -369,27 +406,24 @@ impl<'a> Assembly<'a> {
         let distance = length(&branch);
         let overlap = self.reach(link) - distance;
         let arms = [self.radii[i] - 0.5 * overlap, self.radii[j] - 0.5 * overlap];
-        let scale = 1.0 / (distance * length(&link.branch0));
-        let [a, b] = link.branch0;
-        let alpha = kernel::alpha_of(
-            (a * branch[1] - b * branch[0]) * scale,
-            (a * branch[0] + b * branch[1]) * scale,
-        );
+        let n = [branch[0] / distance, branch[1] / distance];
+        let [a, b] = link.history.normal0;
+        let alpha = kernel::alpha_of(a * n[1] - b * n[0], a * n[0] + b * n[1]);
         let turns = [alpha - self.poses[i][2], alpha - self.poses[j][2]];
         let slip = arms[0] * turns[0] + arms[1] * turns[1];
-        let share = share_of(overlap, link.overlap0);
-        let trial = link.tangential0 + self.law.tangential_stiffness * (share * slip);
-        let made_since = link.overlap0 < 0.0;
+        let share = share_of(overlap, link.history.overlap0);
+        let trial = link.history.tangential0 + self.law.tangential_stiffness * (share * slip);
+        let made_since = link.history.overlap0 < 0.0;
         Geometry {
             branch,
             distance,
-            n: [branch[0] / distance, branch[1] / distance],
+            n,
             arms,
             turns,
             slip,
             share,
             share_rate: if made_since {
-                -link.overlap0 / (overlap - link.overlap0).powi(2)
+                -link.history.overlap0 / (overlap - link.history.overlap0).powi(2)
             } else {
                 0.0
             },

@@ -1,7 +1,7 @@
 //! From a configuration to equilibrium.
 
 use crate::{
-    dynamics::{Assembly, Friction, RESIDUAL_CHECK, damped},
+    dynamics::{Assembly, Friction, RESIDUAL_CHECK, Record, damped},
     settings::Settings,
     tensor::{Tensor2, identity, invert, mean, product},
 };
@@ -166,7 +166,7 @@ pub(crate) fn relax(
     };
     let bond = assembly.bond_stress();
     let mut last_stress: Option<Tensor2<2>> = None;
-    assembly.compute_forces(limits.friction);
+    assembly.compute_forces(limits.friction, Record::All);
     loop {
         let cycle = result.cycles;
         let checked = cycle.is_multiple_of(RESIDUAL_CHECK);
@@ -201,7 +201,13 @@ pub(crate) fn relax(
             result.outcome = Outcome::CellTooSmall;
             return result;
         }
-        assembly.compute_forces(limits.friction);
+        let looked_at = motion.is_driven() || result.cycles.is_multiple_of(RESIDUAL_CHECK);
+        let record = if looked_at {
+            Record::All
+        } else {
+            Record::Nothing
+        };
+        assembly.compute_forces(limits.friction, record);
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::{
     Rev,
     contact::Status,
-    dynamics::{Assembly, Friction},
+    dynamics::{Assembly, Friction, Record},
     homogenise::asymmetry,
     network::{self, Linearisation, Network},
     relax::{CellMotion, Limits, Outcome, Relaxed, relax},
@@ -379,7 +379,7 @@ fn answer(
             assembly.rotations(),
         )
         .ok_or_else(|| too_small(base, &assembly.cell, relaxed.cycles))?;
-        again.compute_forces(Friction::ReturnMapping);
+        again.compute_forces(Friction::ReturnMapping, Record::All);
         whole = again;
         &whole
     };

@@ -2,9 +2,16 @@
 //!
 //! Pairs lie in blocks of [`LANES`], every quantity as one short array, so that the compiler turns the
 //! arithmetic into vector instructions. Only what differs from pair to pair is streamed; what belongs to
-//! grains is gathered from their [`Pose`]s. Lanes are summed in the order of the pairs, and no
+//! grains is gathered from their [`Pose`]s, already combined so that one transposition of four rows yields
+//! all that the four pairs need, and one brings their loads back. Sums run in the order of the pairs, and no
 //! instruction set contracts or reorders anything: every processor gives the same bits.
 
+use pulp::NullaryFnOnce;
+
+use super::{
+    link::History,
+    quad::{Plain, Quad, Simd},
+};
 use crate::{ContactLaw, tensor::Tensor2};
 
 /// Pairs in a block.
@@ -12,19 +19,22 @@ pub(super) const LANES: usize = 4;
 
 type Lanes = [f64; LANES];
 
-/// x, y, rotation since the reference state, radius.
+/// x, y, rotation θ since the reference state, R θ.
 pub(super) type Pose = [f64; 4];
 
 /// Velocity x, y, spin; the last component stays zero.
 pub(super) type Velocity = [f64; 4];
 
-/// Force x, y, moment, number of closed contacts.
+/// Force x, y, Σ f_t and Σ δ f_t/2 over the contacts of a grain; its moment is R Σ f_t − Σ δ f_t/2.
 pub(super) type Load = [f64; 4];
 
-/// The series of the contact rotation serves below this sine; see [`alpha_of`].
-const SMALL_SINE: f64 = 0.01;
+/// Δt/m, Δt/m, Δt/I, R.
+pub(super) type Inertia = [f64; 4];
 
-/// Four pairs of near grains, their history and their present forces.
+/// Above this cosine the contact has turned by less than 0.01 and [`series`] serves.
+const SMALL_TURN_COSINE: f64 = 0.99995;
+
+/// Four pairs of near grains and their history.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
 pub(super) struct Block {
@@ -32,18 +42,25 @@ pub(super) struct Block {
     pub j: [u32; LANES],
     /// H·shift.
     pub image: [Lanes; 2],
-    /// Branch vector in the reference state and one over its length.
-    pub branch0: [Lanes; 2],
-    pub inverse0: Lanes,
-    /// Overlap in the reference state; < 0 for a gap, −∞ when nothing is remembered.
-    pub overlap0: Lanes,
+    /// Direction from i to j in the reference state.
+    pub normal0: [Lanes; 2],
+    /// R_i + R_j.
+    pub reach: Lanes,
     /// Tangential force in the reference state.
     pub tangential0: Lanes,
-    /// kn δ − f_c now; 0 when open.
+    /// Overlap in the reference state; < 0 for a gap, −∞ when nothing is remembered.
+    pub overlap0: Lanes,
+}
+
+/// The forces of four pairs, for whoever looks at them between cycles.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(align(32))]
+pub(super) struct Forces {
+    /// kn δ − f_c; 0 when open.
     pub normal: Lanes,
-    /// Tangential force now, of j on i along (−n_y, n_x).
+    /// Tangential force of j on i along (−n_y, n_x).
     pub tangential: Lanes,
-    /// δ now; 0 when open.
+    /// δ; 0 when open.
     pub overlap: Lanes,
 }
 
@@ -54,238 +71,300 @@ impl Block {
             i: [nobody; LANES],
             j: [nobody; LANES],
             image: [[1.0; LANES], [0.0; LANES]],
-            branch0: [[1.0; LANES], [0.0; LANES]],
-            inverse0: [1.0; LANES],
-            overlap0: [f64::NEG_INFINITY; LANES],
+            normal0: [[1.0; LANES], [0.0; LANES]],
+            reach: [0.0; LANES],
             tangential0: [0.0; LANES],
-            normal: [0.0; LANES],
-            tangential: [0.0; LANES],
-            overlap: [0.0; LANES],
+            overlap0: [f64::NEG_INFINITY; LANES],
+        }
+    }
+
+    /// Sets the reference state of the pair in lane `l`.
+    pub fn remember(&mut self, l: usize, history: &History) {
+        self.normal0[0][l] = history.normal0[0];
+        self.normal0[1][l] = history.normal0[1];
+        self.overlap0[l] = history.overlap0;
+        self.tangential0[l] = history.tangential0;
+    }
+
+    /// The reference state of the pair in lane `l`.
+    pub fn history(&self, l: usize) -> History {
+        History {
+            normal0: [self.normal0[0][l], self.normal0[1][l]],
+            overlap0: self.overlap0[l],
+            tangential0: self.tangential0[l],
         }
     }
 }
 
-/// Forces of all blocks at the given poses, added up in `loads`, which is cleared first. Returns the
-/// virial Σ f_i l_j, f the force on j, l from i to j.
-///
-/// With α the rotation of the branch and θ that of the grains since the reference state,
-/// u_t = (R_i − δ/2)(α − θ_i) + (R_j − δ/2)(α − θ_j), counted by the share δ/(δ − δ_0) in a contact
-/// made since; the force on j is f_n n − f_t t, both grains get the moment (R − δ/2) f_t.
-///
-/// With `PATH` the reference state of every pair becomes the present one.
-pub(super) fn forces<const PATH: bool>(
-    blocks: &mut [Block],
-    poses: &[Pose],
-    law: &ContactLaw,
-    loads: &mut [Load],
-) -> Tensor2<2> {
-    #[cfg(target_arch = "x86_64")]
-    if std::arch::is_x86_feature_detected!("avx2") {
-        // SAFETY: the processor has AVX2, which is all that the function asks for. With wider vectors a
-        // cycle of 400 grains takes 0.78 of the time (benches/solve.rs); every bit stays as it is.
-        return unsafe { forces_avx2::<PATH>(blocks, poses, law, loads) };
-    }
-    forces_body::<PATH>(blocks, poses, law, loads)
+/// Everything the inner loop works on.
+pub(super) struct Field<'a> {
+    pub blocks: &'a mut [Block],
+    pub forces: &'a mut [Forces],
+    pub poses: &'a [Pose],
+    pub law: &'a ContactLaw,
+    pub loads: &'a mut [Load],
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn forces_avx2<const PATH: bool>(
-    blocks: &mut [Block],
-    poses: &[Pose],
-    law: &ContactLaw,
-    loads: &mut [Load],
+/// Sums of the contact forces at the given poses: see [`ForcesOf`].
+pub(super) fn forces<const FOLLOWS: bool, const RECORDS: bool>(
+    simd: Simd,
+    field: Field<'_>,
 ) -> Tensor2<2> {
-    forces_body::<PATH>(blocks, poses, law, loads)
+    match simd {
+        #[cfg(target_arch = "x86_64")]
+        Simd::Wide(simd) => simd.vectorize(ForcesOf::<_, FOLLOWS, RECORDS> { simd, field }),
+        #[cfg(target_arch = "x86_64")]
+        Simd::Narrow(simd) => simd.vectorize(ForcesOf::<_, FOLLOWS, RECORDS> { simd, field }),
+        Simd::Plain => ForcesOf::<_, FOLLOWS, RECORDS> { simd: Plain, field }.call(),
+    }
+}
+
+/// Forces of all blocks at the given poses, added up in the loads, which are cleared first. Returns the virial
+/// Σ f_i l_j, f the force on j, l from i to j.
+///
+/// With α the rotation of the branch l and θ those of the grains since the reference state, and R_i + R_j − δ = |l|,
+/// u_t = (R_i − δ/2)(α − θ_i) + (R_j − δ/2)(α − θ_j) = |l| α − (R_i θ_i + R_j θ_j) + δ/2 (θ_i + θ_j),
+/// counted by the share δ/(δ − δ_0) in a contact made since. The force on j is f_n n − f_t t; both grains get the
+/// moment (R − δ/2) f_t.
+///
+/// With `FOLLOWS` the reference state of every pair becomes the present one. Without `RECORDS` neither the forces
+/// of the pairs are written down nor the virial added up.
+struct ForcesOf<'a, S, const FOLLOWS: bool, const RECORDS: bool> {
+    simd: S,
+    field: Field<'a>,
+}
+
+impl<S: Quad, const FOLLOWS: bool, const RECORDS: bool> NullaryFnOnce
+    for ForcesOf<'_, S, FOLLOWS, RECORDS>
+{
+    type Output = Tensor2<2>;
+
+    #[inline(always)]
+    fn call(self) -> Tensor2<2> {
+        let Self { simd: s, field } = self;
+        let Field {
+            blocks,
+            forces,
+            poses,
+            law,
+            loads,
+        } = field;
+        loads.fill([0.0; 4]);
+        let (zero, one, half) = (s.splat(0.0), s.splat(1.0), s.splat(0.5));
+        let (kn, kt) = (
+            s.splat(law.normal_stiffness),
+            s.splat(law.tangential_stiffness),
+        );
+        let slope = s.splat(law.friction * law.normal_stiffness);
+        let cohesion = s.splat(law.cohesion);
+        let (forgotten, turn) = (s.splat(f64::NEG_INFINITY), s.splat(SMALL_TURN_COSINE));
+        let mut virial = [zero; 4];
+        for (block, record) in blocks.iter_mut().zip(forces) {
+            let (i, j) = (block.i, block.j);
+            let row = |l: usize| {
+                let (a, b) = (s.load(&poses[i[l] as usize]), s.load(&poses[j[l] as usize]));
+                s.add(b, s.negate_first_two(a))
+            };
+            // x_j − x_i, θ_i + θ_j, R_i θ_i + R_j θ_j.
+            let [bx, by, turns, rolled] = s.transpose([row(0), row(1), row(2), row(3)]);
+            let bx = s.add(bx, s.load(&block.image[0]));
+            let by = s.add(by, s.load(&block.image[1]));
+            let square = s.add(s.mul(bx, bx), s.mul(by, by));
+            let reach = s.load(&block.reach);
+            // What is no number is not apart, and gets noticed.
+            if s.all(s.above(square, s.mul(reach, reach))) {
+                if FOLLOWS {
+                    s.store(&mut block.overlap0, forgotten);
+                    s.store(&mut block.tangential0, zero);
+                }
+                if RECORDS {
+                    *record = Forces::default();
+                }
+                continue;
+            }
+            let distance = s.sqrt(square);
+            let inverse = s.mul(distance, s.div(one, square));
+            // 0 for an open pair, and with it every force below.
+            let delta = s.larger(s.sub(reach, distance), zero);
+            let (nx, ny) = (s.mul(bx, inverse), s.mul(by, inverse));
+            let (ax, ay) = (s.load(&block.normal0[0]), s.load(&block.normal0[1]));
+            let sine = s.sub(s.mul(ax, ny), s.mul(ay, nx));
+            let cosine = s.add(s.mul(ax, nx), s.mul(ay, ny));
+            let mut alpha = series(s, sine);
+            if !s.all(s.above(cosine, turn)) {
+                alpha = angles(s, sine, cosine);
+            }
+            let middle = s.mul(half, delta);
+            let rolling = s.sub(s.mul(distance, alpha), rolled);
+            let mut slip = s.add(rolling, s.mul(middle, turns));
+            let overlap0 = s.load(&block.overlap0);
+            let made_since = s.above(zero, overlap0);
+            if s.any(made_since) {
+                let share = s.div(delta, s.sub(delta, overlap0));
+                slip = s.mul(s.choose(made_since, share, one), slip);
+            }
+            let trial = s.add(s.load(&block.tangential0), s.mul(kt, slip));
+            let bound = s.mul(slope, delta);
+            let tangential = s.smaller(s.larger(trial, s.sub(zero, bound)), bound);
+            let closed = s.above(delta, zero);
+            let normal = s.sub(s.mul(kn, delta), s.choose(closed, cohesion, zero));
+            let fx = s.add(s.mul(normal, nx), s.mul(tangential, ny));
+            let fy = s.sub(s.mul(normal, ny), s.mul(tangential, nx));
+            if RECORDS {
+                s.store(&mut record.normal, normal);
+                s.store(&mut record.tangential, tangential);
+                s.store(&mut record.overlap, delta);
+                let products = [s.mul(fx, bx), s.mul(fx, by), s.mul(fy, bx), s.mul(fy, by)];
+                for k in 0..4 {
+                    virial[k] = s.add(virial[k], products[k]);
+                }
+            }
+            if FOLLOWS {
+                // Nothing is remembered of an open contact; a new one starts without slip.
+                s.store(&mut block.tangential0, tangential);
+                s.store(&mut block.overlap0, s.choose(closed, delta, forgotten));
+                s.store(&mut block.normal0[0], nx);
+                s.store(&mut block.normal0[1], ny);
+            }
+            let rows = s.transpose([fx, fy, tangential, s.mul(middle, tangential)]);
+            for l in 0..LANES {
+                add(s, &mut loads[i[l] as usize], s.negate_first_two(rows[l]));
+                add(s, &mut loads[j[l] as usize], rows[l]);
+            }
+        }
+        let sums = virial.map(|lanes| {
+            let mut sum = [0.0; LANES];
+            s.store(&mut sum, lanes);
+            sum.iter().sum()
+        });
+        [[sums[0], sums[1]], [sums[2], sums[3]]]
+    }
 }
 
 #[inline(always)]
-fn forces_body<const PATH: bool>(
-    blocks: &mut [Block],
-    poses: &[Pose],
-    law: &ContactLaw,
-    loads: &mut [Load],
-) -> Tensor2<2> {
-    loads.fill([0.0; 4]);
-    let mut virial = [[0.0; LANES]; 4];
-    for block in blocks {
-        let [xi, yi, ti, ri] = gathered(poses, &block.i);
-        let [xj, yj, tj, rj] = gathered(poses, &block.j);
-        let (mut bx, mut by) = ([0.0; LANES], [0.0; LANES]);
-        let (mut inverse, mut overlap) = ([0.0; LANES], [0.0; LANES]);
-        let (mut sine, mut cosine) = ([0.0; LANES], [0.0; LANES]);
-        let mut turned = false;
-        for l in 0..LANES {
-            bx[l] = xj[l] - xi[l] + block.image[0][l];
-            by[l] = yj[l] - yi[l] + block.image[1][l];
-            let distance = (bx[l] * bx[l] + by[l] * by[l]).sqrt();
-            inverse[l] = 1.0 / distance;
-            overlap[l] = ri[l] + rj[l] - distance;
-            let scale = inverse[l] * block.inverse0[l];
-            sine[l] = (block.branch0[0][l] * by[l] - block.branch0[1][l] * bx[l]) * scale;
-            cosine[l] = (block.branch0[0][l] * bx[l] + block.branch0[1][l] * by[l]) * scale;
-        }
-        let mut alpha = [0.0; LANES];
-        for l in 0..LANES {
-            alpha[l] = series(sine[l]);
-            turned |= (sine[l].abs() >= SMALL_SINE) | (cosine[l] <= 0.0);
-        }
-        if turned {
-            for l in 0..LANES {
-                alpha[l] = alpha_of(sine[l], cosine[l]);
-            }
-        }
-        let (mut fx, mut fy) = ([0.0; LANES], [0.0; LANES]);
-        let (mut mi, mut mj) = ([0.0; LANES], [0.0; LANES]);
-        let mut closed = [0.0; LANES];
-        for l in 0..LANES {
-            let delta = overlap[l];
-            let touching = delta > 0.0;
-            let (nx, ny) = (bx[l] * inverse[l], by[l] * inverse[l]);
-            let (arm_i, arm_j) = (ri[l] - 0.5 * delta, rj[l] - 0.5 * delta);
-            let slip = arm_i * (alpha[l] - ti[l]) + arm_j * (alpha[l] - tj[l]);
-            let delta0 = block.overlap0[l];
-            let part = delta / (delta - delta0);
-            let share = if delta0 >= 0.0 { 1.0 } else { part };
-            let trial = block.tangential0[l] + law.tangential_stiffness * (share * slip);
-            let bounded = law.return_to_bound(trial, delta).0;
-            let tangential = if touching { bounded } else { 0.0 };
-            let pushed = law.normal_stiffness * delta - law.cohesion;
-            let normal = if touching { pushed } else { 0.0 };
-            block.overlap[l] = if touching { delta } else { 0.0 };
-            block.normal[l] = normal;
-            block.tangential[l] = tangential;
-            fx[l] = normal * nx + tangential * ny;
-            fy[l] = normal * ny - tangential * nx;
-            mi[l] = arm_i * tangential;
-            mj[l] = arm_j * tangential;
-            closed[l] = if touching { 1.0 } else { 0.0 };
-            virial[0][l] += fx[l] * bx[l];
-            virial[1][l] += fx[l] * by[l];
-            virial[2][l] += fy[l] * bx[l];
-            virial[3][l] += fy[l] * by[l];
-            if PATH {
-                // Nothing is remembered of an open contact; a new one starts without slip.
-                block.tangential0[l] = tangential;
-                block.overlap0[l] = if touching { delta } else { f64::NEG_INFINITY };
-                block.branch0[0][l] = bx[l];
-                block.branch0[1][l] = by[l];
-                block.inverse0[l] = inverse[l];
-            }
-        }
-        for l in 0..LANES {
-            add(
-                &mut loads[block.i[l] as usize],
-                [-fx[l], -fy[l], mi[l], closed[l]],
-            );
-            add(
-                &mut loads[block.j[l] as usize],
-                [fx[l], fy[l], mj[l], closed[l]],
-            );
-        }
+fn add<S: Quad>(s: S, sum: &mut Load, term: S::Reg) {
+    let sum_now = s.load(sum);
+    s.store(sum, s.add(sum_now, term));
+}
+
+/// asin x for |x| < 0.01: the first neglected term, 105/3456 x⁹, is 3e-20.
+#[inline(always)]
+fn series<S: Quad>(s: S, x: S::Reg) -> S::Reg {
+    let square = s.mul(x, x);
+    let mut sum = s.splat(15.0 / 336.0);
+    for coefficient in [3.0 / 40.0, 1.0 / 6.0, 1.0] {
+        sum = s.add(s.mul(square, sum), s.splat(coefficient));
     }
-    let sums = virial.map(|lanes| lanes.iter().sum());
-    [[sums[0], sums[1]], [sums[2], sums[3]]]
+    s.mul(x, sum)
+}
+
+/// The angles with the given sines and cosines, some of them large.
+#[cold]
+#[inline(never)]
+fn large_angles(sine: &[f64; 4], cosine: &[f64; 4]) -> [f64; 4] {
+    let mut angles = [0.0; 4];
+    for l in 0..LANES {
+        angles[l] = alpha_of(sine[l], cosine[l]);
+    }
+    angles
+}
+
+#[inline(always)]
+fn angles<S: Quad>(s: S, sine: S::Reg, cosine: S::Reg) -> S::Reg {
+    let (mut sines, mut cosines) = ([0.0; 4], [0.0; 4]);
+    s.store(&mut sines, sine);
+    s.store(&mut cosines, cosine);
+    s.load(&large_angles(&sines, &cosines))
+}
+
+/// The angle with the given sine and cosine.
+pub(super) fn alpha_of(sine: f64, cosine: f64) -> f64 {
+    if cosine > SMALL_TURN_COSINE {
+        series(Plain, [sine; 4])[0]
+    } else {
+        libm::atan2(sine, cosine)
+    }
+}
+
+/// What moves, and by what.
+pub(super) struct Motion<'a> {
+    pub poses: &'a mut [Pose],
+    pub velocities: &'a mut [Velocity],
+    pub loads: &'a [Load],
+    pub inertia: &'a [Inertia],
+    pub dt: f64,
+    pub damping: f64,
 }
 
 /// One cycle of damped motion: v ← v + s (F − α |F| sgn v), x ← x + Δt v with s = Δt/m by component. A grain
 /// without contact stands still: a free flight would only wear out the pair list.
-pub(super) fn integrate(
-    poses: &mut [Pose],
-    velocities: &mut [Velocity],
-    loads: &[Load],
-    steps: &[Velocity],
-    dt: f64,
-    damping: f64,
-) {
-    #[cfg(target_arch = "x86_64")]
-    if std::arch::is_x86_feature_detected!("avx2") {
-        // SAFETY: as in `forces`.
-        return unsafe { integrate_avx2(poses, velocities, loads, steps, dt, damping) };
+struct MotionOf<'a, S> {
+    simd: S,
+    motion: Motion<'a>,
+}
+
+impl<S: Quad> NullaryFnOnce for MotionOf<'_, S> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { simd: s, motion } = self;
+        let Motion {
+            poses,
+            velocities,
+            loads,
+            inertia,
+            dt,
+            damping,
+        } = motion;
+        let zero = s.splat(0.0);
+        let dt = s.load(&[dt, dt, dt, 0.0]);
+        let (driven, braked) = (s.splat(1.0 - damping), s.splat(1.0 + damping));
+        let grains = poses.iter_mut().zip(velocities);
+        for (((pose, velocity), load), inertia) in grains.zip(loads).zip(inertia) {
+            if load[0] == 0.0 && load[1] == 0.0 {
+                *velocity = [0.0; 4];
+                continue;
+            }
+            let radius = inertia[3];
+            let force = s.load(&[load[0], load[1], moment(load, radius), 0.0]);
+            let v = s.load(velocity);
+            let factor = s.choose(s.above(s.mul(force, v), zero), driven, braked);
+            let gain = s.mul(s.load(inertia), s.mul(force, factor));
+            let v = s.add(v, gain);
+            s.store(velocity, v);
+            let x = s.add(s.load(pose), s.mul(dt, v));
+            s.store(pose, x);
+            pose[3] = radius * pose[2];
+        }
     }
-    integrate_body(poses, velocities, loads, steps, dt, damping);
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn integrate_avx2(
-    poses: &mut [Pose],
-    velocities: &mut [Velocity],
-    loads: &[Load],
-    steps: &[Velocity],
-    dt: f64,
-    damping: f64,
-) {
-    integrate_body(poses, velocities, loads, steps, dt, damping);
+/// One cycle of damped motion: see [`MotionOf`].
+pub(super) fn integrate(simd: Simd, motion: Motion<'_>) {
+    match simd {
+        #[cfg(target_arch = "x86_64")]
+        Simd::Wide(simd) => simd.vectorize(MotionOf { simd, motion }),
+        #[cfg(target_arch = "x86_64")]
+        Simd::Narrow(simd) => simd.vectorize(MotionOf { simd, motion }),
+        Simd::Plain => MotionOf {
+            simd: Plain,
+            motion,
+        }
+        .call(),
+    }
 }
 
+/// Σ (R − δ/2) f_t.
 #[inline(always)]
-fn integrate_body(
-    poses: &mut [Pose],
-    velocities: &mut [Velocity],
-    loads: &[Load],
-    steps: &[Velocity],
-    dt: f64,
-    damping: f64,
-) {
-    let grains = poses.iter_mut().zip(velocities).zip(loads).zip(steps);
-    for (((pose, velocity), load), step) in grains {
-        let mut next = [0.0; 4];
-        for k in 0..4 {
-            let faster = velocity[k] + step[k] * damped(load[k], velocity[k], damping);
-            next[k] = if load[3] == 0.0 { 0.0 } else { faster };
-        }
-        *velocity = next;
-        for k in 0..4 {
-            pose[k] += dt * next[k];
-        }
-    }
+pub(super) fn moment(load: &Load, radius: f64) -> f64 {
+    radius * load[2] - load[3]
 }
 
 /// F − α |F| sgn(v), as a factor on F.
-#[inline(always)]
 pub(crate) fn damped(force: f64, velocity: f64, damping: f64) -> f64 {
-    let power = force * velocity;
-    let driving = if power > 0.0 { damping } else { 0.0 };
-    let braking = if power < 0.0 { damping } else { 0.0 };
-    force * (1.0 - driving + braking)
-}
-
-/// The poses of four grains, by component.
-#[inline(always)]
-fn gathered(poses: &[Pose], grains: &[u32; LANES]) -> [Lanes; 4] {
-    let rows = grains.map(|grain| poses[grain as usize]);
-    let mut columns = [[0.0; LANES]; 4];
-    for c in 0..4 {
-        for l in 0..LANES {
-            columns[c][l] = rows[l][c];
-        }
-    }
-    columns
-}
-
-#[inline(always)]
-fn add(sum: &mut Load, term: Load) {
-    for c in 0..4 {
-        sum[c] += term[c];
-    }
-}
-
-/// asin s for |s| < 0.01: the first neglected term, 105/3456 s⁹, is 3e-20.
-#[inline(always)]
-fn series(s: f64) -> f64 {
-    let s2 = s * s;
-    s * (1.0 + s2 * (1.0 / 6.0 + s2 * (3.0 / 40.0 + s2 * (15.0 / 336.0))))
-}
-
-/// The angle with the given sine and cosine.
-#[inline]
-pub(super) fn alpha_of(sine: f64, cosine: f64) -> f64 {
-    if sine.abs() < SMALL_SINE && cosine > 0.0 {
-        series(sine)
-    } else {
-        libm::atan2(sine, cosine)
-    }
+    let driven = force * velocity > 0.0;
+    force * if driven { 1.0 - damping } else { 1.0 + damping }
 }
 
 #[cfg(test)]
@@ -296,14 +375,13 @@ mod tests {
         (k as f64 * 12.9898).sin() * 43_758.547 % 1.0
     }
 
-    /// A run must go on with the same bits on another machine.
-    #[test]
-    fn wide_vectors_give_the_same_bits_as_narrow_ones() {
+    /// What all paths make of the same grains: loads, records, histories and virials as bits.
+    fn bits<const FOLLOWS: bool, const RECORDS: bool>(simd: Simd) -> Vec<u64> {
         let grains = 40;
-        let poses: Vec<Pose> = (0..grains)
+        let mut poses: Vec<Pose> = (0..grains)
             .map(|k| {
-                let x = [noise(4 * k), noise(4 * k + 1), 0.02 * noise(4 * k + 2)];
-                [x[0], x[1], x[2], 0.4 + 0.2 * noise(4 * k + 3)]
+                let [x, y, turn] = [noise(4 * k), noise(4 * k + 1), 0.02 * noise(4 * k + 2)];
+                [x, y, turn, (0.4 + 0.2 * noise(4 * k + 3)) * turn]
             })
             .collect();
         let mut blocks = vec![Block::empty(0); 60];
@@ -313,11 +391,11 @@ mod tests {
                 block.i[l] = (k * 7 % grains) as u32;
                 block.j[l] = (k * 13 % grains) as u32;
                 block.image = [[0.3; LANES], [noise(k); LANES]];
-                block.branch0[0][l] = noise(k + 1);
-                block.branch0[1][l] = noise(k + 2);
-                block.inverse0[l] = 1.0 / noise(k + 1).hypot(noise(k + 2));
-                block.overlap0[l] = noise(k + 3);
-                block.tangential0[l] = noise(k + 4);
+                block.reach[l] = 0.8 + 0.2 * noise(k);
+                // Some turned a little, some a lot.
+                let angle = if b % 2 == 0 { 1e-3 } else { 1.0 } * noise(k + 1);
+                let history = History::at(&[angle.cos(), angle.sin()], noise(k + 3), noise(k + 4));
+                block.remember(l, &history);
             }
         }
         let law = ContactLaw {
@@ -326,16 +404,69 @@ mod tests {
             friction: 0.4,
             cohesion: 0.1,
         };
-        let mut narrow = blocks.clone();
         let mut loads = vec![[0.0; 4]; grains];
-        let mut narrow_loads = loads.clone();
-        let virial = forces::<true>(&mut blocks, &poses, &law, &mut loads);
-        let narrow_virial = forces_body::<true>(&mut narrow, &poses, &law, &mut narrow_loads);
-        let bits =
-            |loads: &[Load]| -> Vec<u64> { loads.iter().flatten().map(|x| x.to_bits()).collect() };
-        assert!(loads.iter().any(|load| load[3] > 0.0));
+        let mut records = vec![Forces::default(); blocks.len()];
+        let mut velocities = vec![[0.01, -0.02, 0.03, 0.0]; grains];
+        let inertia = vec![[0.3, 0.3, 0.4, 0.5]; grains];
+        let mut bits = Vec::new();
+        for _ in 0..3 {
+            let field = Field {
+                blocks: &mut blocks,
+                forces: &mut records,
+                poses: &poses,
+                law: &law,
+                loads: &mut loads,
+            };
+            let virial = forces::<FOLLOWS, RECORDS>(simd, field);
+            let motion = Motion {
+                poses: &mut poses,
+                velocities: &mut velocities,
+                loads: &loads,
+                inertia: &inertia,
+                dt: 0.01,
+                damping: 0.7,
+            };
+            integrate(simd, motion);
+            let histories = blocks.iter().flat_map(|block| {
+                [
+                    block.overlap0,
+                    block.tangential0,
+                    block.normal0[0],
+                    block.normal0[1],
+                ]
+            });
+            let recorded = records
+                .iter()
+                .flat_map(|r| [r.normal, r.tangential, r.overlap]);
+            let rows = loads.iter().chain(&poses).chain(&velocities).copied();
+            let rows = rows.chain(histories).chain(recorded);
+            bits.extend(
+                rows.flatten()
+                    .chain(virial.into_iter().flatten())
+                    .map(f64::to_bits),
+            );
+        }
+        let loaded = loads.iter().filter(|load| load[2] != 0.0).count();
+        assert!(loaded > 10, "{loaded} of {grains} grains carry load");
         assert!(loads.iter().flatten().all(|x| x.is_finite()));
-        assert_eq!(bits(&loads), bits(&narrow_loads));
-        assert_eq!(virial, narrow_virial);
+        bits
+    }
+
+    /// A run must go on with the same bits on another machine.
+    #[test]
+    fn all_instruction_sets_give_the_same_bits() {
+        #[cfg(target_arch = "x86_64")]
+        let narrow = Simd::Narrow(pulp::x86::V1::try_new().expect("every x86-64 has SSE2"));
+        #[cfg(not(target_arch = "x86_64"))]
+        let narrow = Simd::Plain;
+        for simd in [Simd::of_this_processor(), narrow] {
+            assert_eq!(
+                bits::<false, false>(simd),
+                bits::<false, false>(Simd::Plain)
+            );
+            assert_eq!(bits::<false, true>(simd), bits::<false, true>(Simd::Plain));
+            assert_eq!(bits::<true, false>(simd), bits::<true, false>(Simd::Plain));
+            assert_eq!(bits::<true, true>(simd), bits::<true, true>(Simd::Plain));
+        }
     }
 }

@@ -9,18 +9,43 @@ pub(crate) struct Link {
     pub j: u32,
     /// H·shift.
     pub(super) image: Vector<2>,
-    /// Branch vector in the reference state.
-    pub(super) branch0: Vector<2>,
-    /// Overlap in the reference state; < 0 for a gap.
-    pub(super) overlap0: f64,
-    /// Tangential force in the reference state.
-    pub(super) tangential0: f64,
+    pub(super) history: History,
     /// kn δ − f_c now; 0 when open.
     pub normal: f64,
     /// Tangential force now, of j on i along (−n_y, n_x).
     pub tangential: f64,
     /// δ now; 0 when open.
     pub overlap: f64,
+}
+
+/// What a pair remembers of its reference state.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct History {
+    /// Direction from i to j.
+    pub normal0: Vector<2>,
+    /// Overlap; < 0 for a gap, −∞ when nothing is remembered.
+    pub overlap0: f64,
+    /// Tangential force.
+    pub tangential0: f64,
+}
+
+impl History {
+    /// A pair that was never looked at: should it close, it closes without slip.
+    pub const NONE: Self = Self {
+        normal0: [1.0, 0.0],
+        overlap0: f64::NEG_INFINITY,
+        tangential0: 0.0,
+    };
+
+    /// The state of a pair with the branch vector `branch0` from i to j.
+    pub fn at(branch0: &Vector<2>, overlap0: f64, tangential0: f64) -> Self {
+        let inverse = 1.0 / length(branch0);
+        Self {
+            normal0: [branch0[0] * inverse, branch0[1] * inverse],
+            overlap0,
+            tangential0,
+        }
+    }
 }
 
 impl Link {

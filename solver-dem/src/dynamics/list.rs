@@ -2,12 +2,12 @@
 
 use super::{
     Assembly, Friction,
-    kernel::{Block, LANES},
-    link::{Link, length},
+    kernel::{Block, Forces, LANES},
+    link::{History, length},
 };
 use crate::{
-    neighbours::pairs,
-    tensor::{Vector, invert, product},
+    neighbours::{Pair, pairs},
+    tensor::{invert, product},
 };
 
 /// Cycles between two looks at the list.
@@ -53,91 +53,77 @@ impl Assembly<'_> {
         {
             return false;
         }
-        let old: Vec<Link> = match friction {
-            Friction::ReturnMapping => Vec::new(),
-            Friction::Path => self.links().collect(),
-        };
         let pairs = pairs(&self.cell, &inverse, &positions, self.radii, self.margin);
-        let nobody = positions.len() as u32;
-        self.pairs = pairs.len();
-        self.shifts.clear();
-        self.blocks.clear();
-        for chunk in pairs.chunks(LANES) {
-            let mut block = Block::empty(nobody);
-            for (l, pair) in chunk.iter().enumerate() {
-                block.i[l] = pair.i;
-                block.j[l] = pair.j;
-                let image = self.cell.translation(&pair.shift);
-                block.image[0][l] = image[0];
-                block.image[1][l] = image[1];
-                self.shifts.push(pair.shift);
-            }
-            self.blocks.push(block);
-        }
-        match friction {
-            Friction::ReturnMapping => self.recall_reference(),
-            Friction::Path => self.carry_history(&old),
-        }
+        let histories = match friction {
+            Friction::ReturnMapping => self.reference_histories(&pairs),
+            Friction::Path => self.carried_histories(&pairs),
+        };
+        self.fill_blocks(&pairs, &histories);
         self.listed = positions;
         self.listed_inverse = inverse;
         true
     }
 
-    /// History of every listed pair from the reference state.
-    fn recall_reference(&mut self) {
+    /// Puts pairs that are held together in the reference state first: their blocks need no share of the slip,
+    /// and most blocks of the others are open in all lanes.
+    fn fill_blocks(&mut self, pairs: &[Pair<2>], histories: &[History]) {
+        let mut order: Vec<usize> = (0..pairs.len()).collect();
+        order.sort_by_key(|k| histories[*k].overlap0 < 0.0);
+        let nobody = self.len() as u32;
+        self.slots.clear();
+        self.slots.resize(pairs.len(), 0);
+        self.blocks.clear();
+        for (slot, k) in order.into_iter().enumerate() {
+            let (pair, l) = (&pairs[k], slot % LANES);
+            if l == 0 {
+                self.blocks.push(Block::empty(nobody));
+            }
+            let block = &mut self.blocks[slot / LANES];
+            let image = self.cell.translation(&pair.shift);
+            block.i[l] = pair.i;
+            block.j[l] = pair.j;
+            block.image[0][l] = image[0];
+            block.image[1][l] = image[1];
+            block.reach[l] = self.radii[pair.i as usize] + self.radii[pair.j as usize];
+            block.remember(l, &histories[k]);
+            self.slots[k] = slot as u32;
+        }
+        self.forces.clear();
+        self.forces.resize(self.blocks.len(), Forces::default());
+        self.shifts.clear();
+        self.shifts.extend(pairs.iter().map(|pair| pair.shift));
+    }
+
+    /// History of the pairs from the reference state.
+    fn reference_histories(&self, pairs: &[Pair<2>]) -> Vec<History> {
         let reference = &self.reference;
         let mut contacts = reference.contacts.iter().peekable();
-        for (k, shift) in self.shifts.iter().enumerate() {
-            let (block, l) = (&mut self.blocks[k / LANES], k % LANES);
-            let (i, j) = (block.i[l], block.j[l]);
-            let image = reference.cell.translation(shift);
+        let history = |pair: &Pair<2>| {
+            let (i, j) = (pair.i, pair.j);
+            let image = reference.cell.translation(&pair.shift);
             let (a, b) = (
                 reference.positions[i as usize],
                 reference.positions[j as usize],
             );
             let branch0 = [b[0] - a[0] + image[0], b[1] - a[1] + image[1]];
             let reach = self.radii[i as usize] + self.radii[j as usize];
-            let mut tangential0 = 0.0;
             while contacts.next_if(|c| (c.i, c.j) < (i, j)).is_some() {}
-            if let Some(contact) = contacts.next_if(|c| (c.i, c.j) == (i, j)) {
-                tangential0 = contact.tangential[0];
-            }
-            remember(block, l, &branch0, reach - length(&branch0), tangential0);
-        }
+            let contact = contacts.next_if(|c| (c.i, c.j) == (i, j));
+            let tangential0 = contact.map_or(0.0, |contact| contact.tangential[0]);
+            History::at(&branch0, reach - length(&branch0), tangential0)
+        };
+        pairs.iter().map(history).collect()
     }
 
-    /// History of pairs that stay listed, from the old list.
-    fn carry_history(&mut self, old: &[Link]) {
-        let mut old = old.iter().peekable();
-        for k in 0..self.pairs {
-            let now = self.link(k);
-            let (block, l) = (&mut self.blocks[k / LANES], k % LANES);
-            while old.next_if(|o| (o.i, o.j) < (now.i, now.j)).is_some() {}
-            if let Some(known) = old.next_if(|o| (o.i, o.j) == (now.i, now.j)) {
-                remember(block, l, &known.branch0, known.overlap0, known.tangential0);
-                block.normal[l] = known.normal;
-                block.tangential[l] = known.tangential;
-                block.overlap[l] = known.overlap;
-            } else {
-                let (a, b) = (self.poses[now.i as usize], self.poses[now.j as usize]);
-                let branch = [b[0] - a[0] + now.image[0], b[1] - a[1] + now.image[1]];
-                remember(block, l, &branch, f64::NEG_INFINITY, 0.0);
-            }
-        }
+    /// History of pairs that stay listed, from the present list; nothing is known of the others.
+    fn carried_histories(&self, pairs: &[Pair<2>]) -> Vec<History> {
+        let mut old = self.links().peekable();
+        let history = |pair: &Pair<2>| {
+            let (i, j) = (pair.i, pair.j);
+            while old.next_if(|o| (o.i, o.j) < (i, j)).is_some() {}
+            let known = old.next_if(|o| (o.i, o.j) == (i, j));
+            known.map_or(History::NONE, |known| known.history)
+        };
+        pairs.iter().map(history).collect()
     }
-}
-
-/// Sets the reference state of one pair.
-pub(super) fn remember(
-    block: &mut Block,
-    lane: usize,
-    branch0: &Vector<2>,
-    overlap0: f64,
-    tangential0: f64,
-) {
-    block.branch0[0][lane] = branch0[0];
-    block.branch0[1][lane] = branch0[1];
-    block.inverse0[lane] = 1.0 / length(branch0);
-    block.overlap0[lane] = overlap0;
-    block.tangential0[lane] = tangential0;
 }

@@ -42,7 +42,7 @@ fn undamped(rev: &Rev<2, 1>) -> Assembly<'_> {
     let mut assembly = Assembly::new(rev, rev.state.cell, positions, vec![0.0; 2]).unwrap();
     assembly.make_brisk(0.0);
     assembly.dt *= 0.02;
-    assembly.compute_forces(Friction::ReturnMapping);
+    assembly.compute_forces(Friction::ReturnMapping, Record::All);
     assembly.set_masses();
     assembly
 }
@@ -59,7 +59,7 @@ fn period(assembly: &mut Assembly<'_>, signal: impl Fn(&Link) -> f64) -> f64 {
     let mut last = signal(&only(assembly));
     for cycle in 0..20_000 {
         assembly.integrate();
-        assembly.compute_forces(Friction::ReturnMapping);
+        assembly.compute_forces(Friction::ReturnMapping, Record::All);
         let now = signal(&only(assembly));
         if last < 0.0 && now >= 0.0 {
             crossings.push((f64::from(cycle) - last / (now - last)) * assembly.dt);
@@ -86,9 +86,9 @@ fn tangential_vibration_with_rolling_has_the_period_of_the_pair() {
     let rev = two_grains(REST);
     let mut assembly = undamped(&rev);
     for pose in &mut assembly.poses[..2] {
-        pose[2] = 1e-6;
+        (pose[2], pose[3]) = (1e-6, 1e-6 * RADIUS);
     }
-    assembly.compute_forces(Friction::ReturnMapping);
+    assembly.compute_forces(Friction::ReturnMapping, Record::All);
     let measured = period(&mut assembly, |link| link.tangential);
     let exact = 2.0 * PI * (1.0 / (6.0 * KT)).sqrt();
     assert!(
@@ -104,7 +104,7 @@ fn cohesive_pair_rests_where_attraction_and_stiffness_balance() {
     assembly.damping = 0.7;
     for _ in 0..20_000 {
         assembly.integrate();
-        assembly.compute_forces(Friction::ReturnMapping);
+        assembly.compute_forces(Friction::ReturnMapping, Record::All);
     }
     let link = only(&assembly);
     assert!((link.overlap / REST - 1.0).abs() < 1e-9);
@@ -118,16 +118,16 @@ fn friction_is_bounded_by_the_elastic_part_of_the_normal_force() {
         for sign in [1.0, -1.0] {
             let mut assembly = undamped(&rev);
             for pose in &mut assembly.poses[..2] {
-                pose[2] = -0.3 * sign;
+                (pose[2], pose[3]) = (-0.3 * sign, -0.3 * sign * RADIUS);
             }
-            assembly.compute_forces(friction);
+            assembly.compute_forces(friction, Record::All);
             let link = only(&assembly);
             let bound = 0.5 * KN * link.overlap;
             assert!((link.tangential / (sign * bound) - 1.0).abs() < 1e-12);
             // Both grains are turned the same way by the one force.
             let moment = (RADIUS - 0.5 * link.overlap) * link.tangential;
             for load in &assembly.loads[..2] {
-                assert!((load[2] / moment - 1.0).abs() < 1e-12);
+                assert!((kernel::moment(load, RADIUS) / moment - 1.0).abs() < 1e-12);
             }
             // The law of action and reaction.
             for k in 0..2 {
@@ -145,7 +145,7 @@ fn slip_before_touching_makes_no_force() {
     let mut positions = rev.state.positions.clone();
     positions[1][0] -= 2.0 * REST;
     let mut assembly = Assembly::new(&rev, rev.state.cell, positions, vec![1e-7; 2]).unwrap();
-    assembly.compute_forces(Friction::ReturnMapping);
+    assembly.compute_forces(Friction::ReturnMapping, Record::All);
     let link = only(&assembly);
     let slip = -2.0 * (RADIUS - 0.5 * REST) * 1e-7;
     assert!((link.tangential / (0.5 * KT * slip) - 1.0).abs() < 1e-6);
