@@ -299,7 +299,7 @@ fn steady(matrix: &mut Stiffness<'_>, contacts: &[Linear], n: usize, regularisat
         }
         let spring = match degree[grain] {
             0 => kn,
-            1 => 1e-2 * kn,
+            // A grain with one contact follows its partner: anything stiffer would carry load.
             _ => 1e-7 * kn,
         };
         for k in 0..3 {

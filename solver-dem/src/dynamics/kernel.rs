@@ -185,7 +185,7 @@ impl<S: Quad, const FOLLOWS: bool, const RECORDS: bool> NullaryFnOnce
             let distance = s.sqrt(square);
             let inverse = s.mul(distance, s.div(one, square));
             // 0 for an open pair, and with it every force below.
-            let delta = s.larger(s.sub(reach, distance), zero);
+            let delta = s.larger(zero, s.sub(reach, distance));
             let (nx, ny) = (s.mul(bx, inverse), s.mul(by, inverse));
             let (ax, ay) = (s.load(&block.normal0[0]), s.load(&block.normal0[1]));
             let sine = s.sub(s.mul(ax, ny), s.mul(ay, nx));
@@ -205,7 +205,8 @@ impl<S: Quad, const FOLLOWS: bool, const RECORDS: bool> NullaryFnOnce
             }
             let trial = s.add(s.load(&block.tangential0), s.mul(kt, slip));
             let bound = s.mul(slope, delta);
-            let tangential = s.smaller(s.larger(trial, s.sub(zero, bound)), bound);
+            // The order of the operands lets pass what is no number.
+            let tangential = s.smaller(bound, s.larger(s.sub(zero, bound), trial));
             let closed = s.above(delta, zero);
             let normal = s.sub(s.mul(kn, delta), s.choose(closed, cohesion, zero));
             let fx = s.add(s.mul(normal, nx), s.mul(tangential, ny));
@@ -388,8 +389,8 @@ mod tests {
         for (b, block) in blocks.iter_mut().enumerate() {
             for l in 0..LANES {
                 let k = 1000 + 10 * (LANES * b + l);
-                block.i[l] = (k * 7 % grains) as u32;
-                block.j[l] = (k * 13 % grains) as u32;
+                block.i[l] = (k / 10 * 7 % grains) as u32;
+                block.j[l] = (k / 10 * 13 % grains) as u32;
                 block.image = [[0.3; LANES], [noise(k); LANES]];
                 block.reach[l] = 0.8 + 0.2 * noise(k);
                 // Some turned a little, some a lot.
@@ -409,6 +410,7 @@ mod tests {
         let mut velocities = vec![[0.01, -0.02, 0.03, 0.0]; grains];
         let inertia = vec![[0.3, 0.3, 0.4, 0.5]; grains];
         let mut bits = Vec::new();
+        let mut loaded = 0;
         for _ in 0..3 {
             let field = Field {
                 blocks: &mut blocks,
@@ -418,6 +420,7 @@ mod tests {
                 loads: &mut loads,
             };
             let virial = forces::<FOLLOWS, RECORDS>(simd, field);
+            loaded += loads.iter().filter(|load| load[2] != 0.0).count();
             let motion = Motion {
                 poses: &mut poses,
                 velocities: &mut velocities,
@@ -446,8 +449,10 @@ mod tests {
                     .map(f64::to_bits),
             );
         }
-        let loaded = loads.iter().filter(|load| load[2] != 0.0).count();
-        assert!(loaded > 10, "{loaded} of {grains} grains carry load");
+        assert!(
+            loaded > grains,
+            "only {loaded} grains carry load in three cycles"
+        );
         assert!(loads.iter().flatten().all(|x| x.is_finite()));
         bits
     }
