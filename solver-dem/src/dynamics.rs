@@ -240,6 +240,11 @@ impl<'a> Assembly<'a> {
         (0..self.slots.len()).map(|k| self.link(k))
     }
 
+    /// How many pairs are listed.
+    pub fn listed_pairs(&self) -> usize {
+        self.slots.len()
+    }
+
     /// The pairs in contact, by grain numbers, with the forces last recorded.
     pub fn closed(&self) -> impl Iterator<Item = Link> {
         self.links().filter(Link::is_closed)
@@ -423,7 +428,8 @@ impl<'a> Assembly<'a> {
             slip,
             share,
             share_rate: if made_since {
-                -link.history.overlap0 / (overlap - link.history.overlap0).powi(2)
+                let closed_since = overlap - link.history.overlap0;
+                -link.history.overlap0 / (closed_since * closed_since)
             } else {
                 0.0
             },

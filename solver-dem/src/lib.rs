@@ -13,12 +13,16 @@
 //!
 //! This crate knows no files, no threads and no finite elements.
 
+// Results must not depend on the system's mathematics; see clippy.toml.
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 pub mod cell;
 pub mod contact;
 mod drive;
 mod dynamics;
 pub mod exchange;
 pub mod homogenise;
+pub mod measure;
 mod neighbours;
 mod network;
 pub mod prepare;

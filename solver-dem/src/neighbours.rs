@@ -41,7 +41,8 @@ pub(crate) fn pairs<const D: usize>(
             }
             let image = cell.translation(&shift);
             let distance2: f64 = (0..D)
-                .map(|k| (positions[j][k] - positions[i][k] + image[k]).powi(2))
+                .map(|k| positions[j][k] - positions[i][k] + image[k])
+                .map(|d| d * d)
                 .sum();
             let reach = radii[i] + radii[j] + margin;
             if distance2 < reach * reach {

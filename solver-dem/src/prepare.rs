@@ -285,10 +285,11 @@ fn place(grains: &Grains, side: f64, rng: &mut Pcg64) -> Option<Vec<Vector<2>>> 
                 let d2: f64 = (0..2)
                     .map(|k| {
                         let d = x[k] - y[k];
-                        (d - side * (d / side).round()).powi(2)
+                        d - side * (d / side).round()
                     })
+                    .map(|d| d * d)
                     .sum();
-                d2 > (radius + other).powi(2)
+                d2 > (radius + other) * (radius + other)
             })
         };
         let position = (0..20_000)
@@ -301,5 +302,6 @@ fn place(grains: &Grains, side: f64, rng: &mut Pcg64) -> Option<Vec<Vector<2>>> 
 
 /// Uniform in [0, 1) from the 53 high bits of a draw.
 fn uniform(rng: &mut Pcg64) -> f64 {
-    (rng.next_u64() >> 11) as f64 * 2f64.powi(-53)
+    const UNIT: f64 = 1.0 / (1u64 << 53) as f64;
+    (rng.next_u64() >> 11) as f64 * UNIT
 }

@@ -112,8 +112,9 @@ fn strayed(base: &Rev<2, 1>, assembly: &Assembly<'_>) -> bool {
     let positions = assembly.positions();
     positions.iter().zip(&base.state.positions).any(|(x, old)| {
         let affine = apply(&carried, old);
-        let astray = (x[0] - affine[0]).hypot(x[1] - affine[1]);
-        astray.is_nan() || astray > limit
+        let (dx, dy) = (x[0] - affine[0], x[1] - affine[1]);
+        let astray2 = dx * dx + dy * dy;
+        astray2.is_nan() || astray2 > limit * limit
     })
 }
 
@@ -209,7 +210,7 @@ pub(crate) fn finish(
     }
 }
 
-fn too_small(base: &Rev<2, 1>, cell: &crate::Cell<2>, cycles: u32) -> EquilibriumError {
+pub(crate) fn too_small(base: &Rev<2, 1>, cell: &crate::Cell<2>, cycles: u32) -> EquilibriumError {
     let cutoff = 2.0 * base.grains.largest_radius() + 0.1 * base.grains.mean_diameter();
     EquilibriumError::CellTooSmall {
         height: cell.smallest_height(),

@@ -31,7 +31,8 @@ impl Grains {
         } else {
             4.0 / 3.0 * std::f64::consts::PI
         };
-        unit * self.radii.iter().map(|r| r.powi(D as i32)).sum::<f64>()
+        let power = |r: &f64| (0..D).map(|_| r).product::<f64>();
+        unit * self.radii.iter().map(power).sum::<f64>()
     }
 }
 

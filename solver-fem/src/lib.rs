@@ -47,6 +47,8 @@
 //! ```
 
 #![warn(missing_docs)]
+// Results must not depend on the system's mathematics; see clippy.toml.
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod assembly;
 pub mod boundary;

@@ -5,13 +5,16 @@
 //! - [`input`]: YAML to a checked [`input::Problem`], or everything that is wrong with it;
 //! - [`address`]: `hollow@12:e46.2`, the names of runs, steps and REVs;
 //! - [`output`]: files that other programs read (VTU, PVD, CSV);
+//! - [`bench`]: what a REV costs on this machine;
 //! - [`cli`]: the command `femdem-flow`;
 //! - [`run`]: what the verbs of the command line do.
 
 pub mod address;
+pub mod bench;
 pub mod cli;
 pub mod failure;
 pub mod input;
+pub mod machine;
 pub mod output;
 pub mod progress;
 pub mod report;

@@ -54,6 +54,7 @@ fn every_verb_explains_itself() {
         "status",
         "export",
         "rev",
+        "bench",
         "store",
         "schema",
         "completions",

@@ -16,6 +16,9 @@ use super::{Factorisation, LinearError, LinearSolver, Solution};
 use crate::assembly::Pattern;
 use crate::tensor::norm;
 
+/// The library with its version: with the processor's features it decides the last bits of a macro solve.
+pub const BACKEND: &str = "faer 0.24.4";
+
 /// Condition estimate above which a matrix counts as singular: at 1e14 a solution keeps no correct
 /// digit that a displacement tolerance could use.
 const SINGULAR: f64 = 1e14;
@@ -258,6 +261,20 @@ mod tests {
             }
         }
         values
+    }
+
+    /// Runs record the version; a stale one would send a search for a difference the wrong way.
+    #[test]
+    fn the_recorded_version_is_the_locked_one() {
+        let lock = include_str!("../../../Cargo.lock");
+        let entry = lock
+            .split("[[package]]")
+            .find(|entry| entry.contains("name = \"faer\"\n"));
+        let version = BACKEND
+            .strip_prefix("faer ")
+            .expect("the library comes first");
+        let line = format!("version = \"{version}\"\n");
+        assert!(entry.expect("faer is locked").contains(&line), "{BACKEND}");
     }
 
     #[test]

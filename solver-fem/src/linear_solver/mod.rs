@@ -8,7 +8,7 @@ mod faer_lu;
 
 use thiserror::Error;
 
-pub use faer_lu::FaerLu;
+pub use faer_lu::{BACKEND, FaerLu};
 
 /// A factorised matrix.
 pub trait Factorisation {

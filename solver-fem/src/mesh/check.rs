@@ -203,7 +203,7 @@ impl<const D: usize> Mesh<D> {
                     (smallest, worst) = (determinant, local);
                 }
             }
-            let negligible = 1e-12 * size.powi(D as i32);
+            let negligible = 1e-12 * (0..D).map(|_| size).product::<f64>();
             if !volume.is_finite() {
                 continue;
             }

@@ -51,7 +51,8 @@ impl<const D: usize> Mesh<D> {
     pub fn elements_in_ellipse(&self, centre: [f64; D], semi_axes: [f64; D]) -> Vec<usize> {
         self.elements_where(|x| {
             (0..D)
-                .map(|i| ((x[i] - centre[i]) / semi_axes[i]).powi(2))
+                .map(|i| (x[i] - centre[i]) / semi_axes[i])
+                .map(|ratio| ratio * ratio)
                 .sum::<f64>()
                 <= 1.0
         })

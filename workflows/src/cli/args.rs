@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 
 use super::display::Format;
-use super::verbs::{completions, export, resume, rev, show, status, store, submit};
+use super::verbs::{bench, completions, export, resume, rev, show, status, store, submit};
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -105,6 +105,9 @@ pub enum Verb {
     /// Prepare, test, import and export assemblies of grains (REVs).
     #[command(subcommand)]
     Rev(rev::Verb),
+    /// Measure what a REV costs on this machine.
+    #[command(subcommand)]
+    Bench(bench::Verb),
     /// Look after the store.
     #[command(subcommand)]
     Store(store::Verb),

@@ -5,6 +5,8 @@ use std::path::Path;
 use serde::Deserialize;
 use serde_json::Value;
 
+use crate::machine::Machine;
+
 /// One line of the log.
 #[derive(Clone, Debug, Deserialize)]
 struct Event {
@@ -22,6 +24,9 @@ pub struct Whereabouts {
     pub pid: Option<u32>,
     /// Its threads.
     pub threads: Option<u64>,
+    /// The machines of all sessions so far, each once, in the order of first use; none of sessions from before it was
+    /// recorded.
+    pub machines: Vec<Machine>,
     /// When it began.
     pub begun: f64,
     /// The last sign of life.
@@ -87,9 +92,13 @@ impl Whereabouts {
         match event.event.as_str() {
             "session" => {
                 let done = real("done").unwrap_or(0.0);
+                let mut machines = std::mem::take(&mut self.machines);
+                let machine = serde_json::from_value::<Machine>(data["machine"].clone()).ok();
+                machines.extend(machine.filter(|machine| !machines.contains(machine)));
                 *self = Self {
                     pid: whole("pid").and_then(|pid| u32::try_from(pid).ok()),
                     threads: whole("threads"),
+                    machines,
                     begun: event.at,
                     last: event.at,
                     of: whole("of").unwrap_or(0),

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::input::Problem;
+use crate::{input::Problem, machine::Machine};
 
 /// The description of a run. The input as resolved decides what is computed; the rest is for the record.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -11,6 +11,12 @@ pub struct Manifest {
     pub version: String,
     /// Instruction sets the macro solver's linear algebra may choose from on the first machine.
     pub cpu: Vec<String>,
+    /// Processor of the first machine; empty in runs from before it was recorded.
+    #[serde(default)]
+    pub processor: String,
+    /// Library of the macro solver's linear algebra; empty in runs from before it was recorded.
+    #[serde(default)]
+    pub linear_algebra: String,
     /// Threads of the first session.
     pub threads: usize,
     /// The input as resolved.
@@ -20,11 +26,24 @@ pub struct Manifest {
 impl Manifest {
     /// The manifest of a new run on this machine.
     pub fn new(problem: Problem, threads: usize) -> Self {
+        let machine = Machine::this();
         Self {
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            cpu: cpu_features(),
+            version: machine.version,
+            cpu: machine.features,
+            processor: machine.processor,
+            linear_algebra: machine.linear_algebra,
             threads,
             problem,
+        }
+    }
+
+    /// The machine that the run was created on.
+    pub fn machine(&self) -> Machine {
+        Machine {
+            processor: self.processor.clone(),
+            features: self.cpu.clone(),
+            version: self.version.clone(),
+            linear_algebra: self.linear_algebra.clone(),
         }
     }
 
@@ -40,25 +59,4 @@ impl Manifest {
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, rmp_serde::decode::Error> {
         rmp_serde::from_slice(bytes)
     }
-}
-
-/// The instruction sets that numerical libraries dispatch on, those that are there.
-fn cpu_features() -> Vec<String> {
-    #[cfg(target_arch = "x86_64")]
-    let found = [
-        ("avx", std::is_x86_feature_detected!("avx")),
-        ("avx2", std::is_x86_feature_detected!("avx2")),
-        ("fma", std::is_x86_feature_detected!("fma")),
-        ("avx512f", std::is_x86_feature_detected!("avx512f")),
-    ];
-    #[cfg(not(target_arch = "x86_64"))]
-    let found: [(&str, bool); 0] = [];
-    let mut names = vec![std::env::consts::ARCH.to_owned()];
-    names.extend(
-        found
-            .iter()
-            .filter(|(_, there)| *there)
-            .map(|(name, _)| (*name).to_owned()),
-    );
-    names
 }

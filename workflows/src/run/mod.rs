@@ -31,7 +31,7 @@ mod show_step;
 mod status;
 mod store_verbs;
 mod summary;
-mod text;
+pub(crate) mod text;
 mod view;
 mod work;
 

@@ -19,7 +19,7 @@ use super::{
     manifest::Manifest,
     work::Job,
 };
-use crate::{input::Problem, progress::Progress};
+use crate::{input::Problem, machine::Machine, progress::Progress};
 
 /// How a session ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -84,6 +84,7 @@ pub fn advance(
         "session",
         &serde_json::json!({
             "threads": threads,
+            "machine": Machine::this(),
             "pid": std::process::id(),
             "from": record.last_step.map(|step| step.0),
             "done": done,

@@ -133,6 +133,9 @@ fn data(run: &RunView, packings: Option<&Vec<Packing>>) -> Value {
         "version": run.manifest.version,
         "threads": run.manifest.threads,
         "cpu": run.manifest.cpu,
+        "processor": run.manifest.processor,
+        "linear_algebra": run.manifest.linear_algebra,
+        "machines": run.place.machines,
         "elements": elements(problem),
         "gauss_points": elements(problem).map(|count| count * POINTS_PER_ELEMENT),
         "loads": problem.loads,
@@ -194,6 +197,7 @@ fn facts(run: &RunView, packings: &Result<Vec<Packing>, RunError>) -> String {
         manifest.threads,
         manifest.cpu.join(" "),
     );
+    text.push_str(&machines(run));
     match &problem.model {
         Model::Body(body) => {
             let count = body.mesh.element_count();
@@ -246,6 +250,30 @@ fn facts(run: &RunView, packings: &Result<Vec<Packing>, RunError>) -> String {
         .map(|stage| format!("{} ({})", stage.name, stage.len()))
         .collect();
     text.push_str(&format!("  programme  {}\n", stages.join(", ")));
+    text
+}
+
+/// What has computed the run: the machine it was created on, and those that other sessions ran on.
+fn machines(run: &RunView) -> String {
+    let manifest = &run.manifest;
+    let mut text = String::new();
+    if !manifest.processor.is_empty() {
+        text.push_str(&format!(
+            "  machine    {}, {}\n",
+            manifest.processor, manifest.linear_algebra
+        ));
+    }
+    let first = manifest.machine();
+    let others = run.place.machines.iter();
+    for other in others.filter(|machine| **machine != first) {
+        text.push_str(&format!(
+            "  also on    {}, femdem-flow {}, {}, {}\n",
+            other.processor,
+            other.version,
+            other.features.join(" "),
+            other.linear_algebra
+        ));
+    }
     text
 }
 

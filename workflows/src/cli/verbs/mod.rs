@@ -1,5 +1,6 @@
 //! The verbs, one file each: their arguments, and how these become a call of [`crate::run`].
 
+pub mod bench;
 pub mod completions;
 pub mod export;
 pub mod resume;
@@ -24,6 +25,7 @@ pub fn perform(verb: &Verb, context: &Context<'_>) -> Result<Report, Failure> {
         Verb::Show(args) => show::perform(args, context),
         Verb::Status(args) => status::perform(args, context),
         Verb::Export(args) => export::perform(args, context),
+        Verb::Bench(verb) => bench::perform(verb, context),
         Verb::Rev(verb) => rev::perform(verb, context),
         Verb::Store(verb) => store::perform(verb, context),
         Verb::Schema => Ok(schema::perform()),

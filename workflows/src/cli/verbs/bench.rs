@@ -1,0 +1,50 @@
+//! `femdem-flow bench rev`
+
+use std::num::NonZeroU32;
+
+use crate::bench;
+use crate::failure::Failure;
+use crate::report::Report;
+use crate::run::Context;
+
+#[derive(Debug, clap::Subcommand)]
+pub enum Verb {
+    /// Measure what a REV costs on this machine.
+    ///
+    /// Prints, in CPU time of one thread: what a cycle of the solver costs (contact updates are the pairs in contact times
+    /// the cycles), and what an increment of 5e-4 axial strain at constant lateral stress costs a Gauss point before, at and
+    /// after the peak, residual 1e-6, tangents included, over several packings with and without cohesion. Takes some
+    /// minutes; writes nothing.
+    Rev {
+        /// One packing of 400 grains to 2 % strain only: some seconds.
+        #[arg(long)]
+        quick: bool,
+        /// Sizes of the REVs: 400,1600 (and 100 for the cycles) where it is not given.
+        #[arg(long, value_name = "N", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(16..=100_000))]
+        grains: Vec<u32>,
+        /// Packings of each kind; 3 where it is not given.
+        #[arg(long, value_name = "P")]
+        packings: Option<NonZeroU32>,
+    },
+}
+
+pub fn perform(verb: &Verb, context: &Context<'_>) -> Result<Report, Failure> {
+    let Verb::Rev {
+        quick,
+        grains,
+        packings,
+    } = verb;
+    let mut plan = if *quick {
+        bench::rev::Plan::quick()
+    } else {
+        bench::rev::Plan::default()
+    };
+    if !grains.is_empty() {
+        plan.cycle_grains.clone_from(grains);
+        plan.increment_grains.clone_from(grains);
+    }
+    if let Some(packings) = packings {
+        plan.packings = packings.get();
+    }
+    bench::rev::measure(&plan, context.progress)
+}
