@@ -124,6 +124,20 @@ impl StepControl {
         Ok(())
     }
 
+    /// Leaves the rest of the current increment undone; the step size is kept.
+    pub fn end_increment(&mut self) {
+        self.position = 1.0;
+    }
+
+    /// The same step size at the same place, following other settings from here on.
+    pub fn with_settings(self, settings: StepControlSettings) -> Self {
+        StepControl {
+            factor: self.factor,
+            position: self.position,
+            ..Self::new(settings)
+        }
+    }
+
     /// Goes on to the next increment of the programme; the step size is kept.
     pub fn next_increment(&mut self) {
         self.position = 0.0;

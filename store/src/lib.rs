@@ -65,7 +65,7 @@ pub use id::{Digest, RunName, RunNameError, StepAddress, StepIndex, WaveIndex};
 pub use journal::{Committed, Seal, StepJournal, WaveContents, WaveOpening};
 pub use read_only::ReadOnlyStore;
 pub use run::{NewRun, RunRecord, RunState};
-pub use space::StoreInfo;
+pub use space::{StoreInfo, free_space_at};
 pub use step::{FrameInfo, StepHealth, StepReader, StepRecord};
 pub use store::{RebuildReport, Store};
 

@@ -1,5 +1,7 @@
 //! Disk space: what the store takes, and whether the next step fits.
 
+use std::path::Path;
+
 use crate::error::{IoFailure, ReadError, SpaceError};
 use crate::files;
 use crate::layout::Layout;
@@ -44,6 +46,15 @@ pub(crate) fn info(source: &impl Source) -> Result<StoreInfo, ReadError> {
         cache_bytes: files::bytes_below(&layout.cache()),
         free_bytes: free(layout)?,
     })
+}
+
+/// Bytes free for this user on the disk where a store in `dir` is or would be.
+///
+/// # Errors
+/// The system does not say.
+pub fn free_space_at(dir: &Path) -> Result<u64, IoFailure> {
+    let there = dir.ancestors().find(|folder| folder.is_dir());
+    free(&Layout::new(there.unwrap_or(Path::new("."))))
 }
 
 /// Bytes free for this user on the store's disk.

@@ -6,7 +6,9 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 
 use super::display::Format;
-use super::verbs::{bench, completions, export, resume, rev, show, status, store, submit};
+use super::verbs::{
+    bench, branch, completions, export, plan, resume, rev, show, status, store, submit,
+};
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -84,6 +86,21 @@ pub enum Verb {
     /// Goes on after the last committed load step; of the step that was in progress, REV tasks that were finished are not
     /// computed again. A run that is complete is left as it is.
     Resume(resume::Args),
+    /// Give a run another future from one of its load steps on: another load programme, other solver or output settings.
+    ///
+    /// The load steps up to there are shared with the run, not copied, and stay as they are. A branch with nothing
+    /// changed gives the same bits as the run. What would change the past is refused. Several branches at once: a list in
+    /// `--set`, or a file with `branches`.
+    Branch(branch::Args),
+    /// Compute a run again from one of its load steps on, as a new run, with the same or changed settings.
+    ///
+    /// Takes `solver`, `output` and the laws of materials: `materials.NAME.rev.friction`, `cohesion_ratio`, `stiffness`,
+    /// `tangential_stiffness`, `materials.NAME.elastic.young`, `poisson`. With another law the run is a new start from
+    /// the states of that step, and says so. The history of the first run is left as it is.
+    Rerun(branch::RerunArgs),
+    /// Say what a verb would do before it does it: load steps reused and computed, and why; time; disk. Writes nothing.
+    #[command(subcommand)]
+    Plan(plan::Verb),
     /// List the runs of the store.
     Runs,
     /// Show a run, or one load step of it.

@@ -8,6 +8,7 @@
 
 pub mod boundaries;
 mod check;
+pub mod derive;
 mod document;
 mod error;
 mod path;
@@ -39,6 +40,12 @@ const LARGEST: u64 = 4 << 20;
 /// All that is wrong with it, or the reason why it cannot be read.
 pub fn load(path: impl AsRef<FilePath>) -> Result<Problem, InputErrors> {
     let path = path.as_ref();
+    let (name, text) = read_text(path)?;
+    parse(&text, &name, path.parent().unwrap_or(FilePath::new("")))
+}
+
+/// The name of the file `path` in messages, and its text.
+fn read_text(path: &FilePath) -> Result<(String, String), InputErrors> {
     let name = path.display().to_string();
     let refuse = |message: String, help: Option<&str>| {
         InputErrors::whole(&name, message, help.map(str::to_owned))
@@ -71,7 +78,7 @@ pub fn load(path: impl AsRef<FilePath>) -> Result<Problem, InputErrors> {
             Some("save it as UTF-8"),
         )
     })?;
-    parse(&text, &name, path.parent().unwrap_or(FilePath::new("")))
+    Ok((name, text))
 }
 
 /// Checks an input given as text; `name` stands for the file in messages, files it names are looked for in `base`.

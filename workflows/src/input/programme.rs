@@ -8,10 +8,22 @@ pub const MOST_STEPS: u64 = 1_000_000;
 /// How the loads change in the course of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Programme {
-    /// The values of all loads before the first step, in the order of `Problem::loads`.
+    /// What was gone before this programme begins, where it takes up a run at a later load step; otherwise empty.
+    #[serde(default)]
+    pub past: Vec<PastStage>,
+    /// The values of all loads before the first step of `stages`, in the order of `Problem::loads`.
     pub initial: Vec<f64>,
     /// The stages, one after the other; never empty.
     pub stages: Vec<Stage>,
+}
+
+/// A stage of an earlier programme, as far as it was gone.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PastStage {
+    /// Its name.
+    pub name: String,
+    /// Increments of it that were gone, one that was left on the way included.
+    pub increments: u64,
 }
 
 /// One stage of a programme: its ways, gone `times` times.
@@ -65,11 +77,45 @@ impl Stage {
 }
 
 impl Programme {
-    /// Number of load steps of the whole programme.
+    /// Number of load steps of the whole programme, those of its past included.
     pub fn len(&self) -> u64 {
         self.stages
             .iter()
-            .fold(0, |sum: u64, stage| sum.saturating_add(stage.len()))
+            .fold(self.offset(), |sum, stage| sum.saturating_add(stage.len()))
+    }
+
+    /// Number of load steps before the first one of `stages`.
+    pub fn offset(&self) -> u64 {
+        self.past
+            .iter()
+            .fold(0, |sum, stage| sum.saturating_add(stage.increments))
+    }
+
+    /// The names of the stages, past ones first.
+    pub fn stage_names(&self) -> impl Iterator<Item = &str> {
+        let past = self.past.iter().map(|stage| stage.name.as_str());
+        past.chain(self.stages.iter().map(|stage| stage.name.as_str()))
+    }
+
+    /// The first `increments` load steps as the past of another programme.
+    pub fn until(&self, increments: u64) -> Vec<PastStage> {
+        let own = self.stages.iter().map(|stage| PastStage {
+            name: stage.name.clone(),
+            increments: stage.len(),
+        });
+        let mut left = increments;
+        let mut past = Vec::new();
+        for stage in self.past.iter().cloned().chain(own) {
+            let increments = stage.increments.min(left);
+            left -= increments;
+            if increments > 0 {
+                past.push(PastStage {
+                    increments,
+                    ..stage
+                });
+            }
+        }
+        past
     }
 
     /// Whether it has no load step; never, when it comes from an input.
@@ -77,13 +123,14 @@ impl Programme {
         self.len() == 0
     }
 
-    /// All load steps in their order.
+    /// All load steps of `stages` in their order, numbered on from the past.
     ///
     /// On a way of n steps a load that goes from a to b has after step i the value a + (b − a)·i/n, and after the last
     /// one exactly b, whatever the rounding.
     pub fn steps(&self) -> Vec<Step> {
         let mut steps = Vec::new();
         let mut now = self.initial.clone();
+        let offset = self.offset();
         for (number, stage) in self.stages.iter().enumerate() {
             let mut within = 0;
             for _ in 0..stage.times {
@@ -104,7 +151,7 @@ impl Programme {
                             };
                         }
                         within += 1;
-                        let index = steps.len() as u64 + 1;
+                        let index = offset + steps.len() as u64 + 1;
                         steps.push(Step {
                             index,
                             stage: number,
@@ -142,6 +189,7 @@ mod tests {
     #[test]
     fn a_ramp_ends_exactly_on_its_target_and_the_steps_are_chained() {
         let programme = Programme {
+            past: Vec::new(),
             initial: vec![0.1, 7.0],
             stages: vec![stage("a", &[0.7], 1, 3), stage("b", &[-0.3], 1, 7)],
         };
@@ -158,8 +206,33 @@ mod tests {
     }
 
     #[test]
+    fn what_takes_a_programme_up_counts_on_from_where_it_was_left() {
+        let first = Programme {
+            past: Vec::new(),
+            initial: vec![0.0],
+            stages: vec![stage("a", &[0.4], 1, 4), stage("b", &[0.8], 1, 4)],
+        };
+        let past = first.until(6);
+        assert_eq!(past.iter().map(|stage| stage.increments).sum::<u64>(), 6);
+        let second = Programme {
+            past,
+            initial: vec![0.6],
+            stages: vec![stage("back", &[0.0], 1, 3)],
+        };
+        assert_eq!((second.len(), second.steps()[0].index), (9, 7));
+        assert_eq!(second.steps()[0].from, [0.6]);
+        let third = second.until(7);
+        let names: Vec<_> = third
+            .iter()
+            .map(|s| (s.name.as_str(), s.increments))
+            .collect();
+        assert_eq!(names, [("a", 4), ("b", 2), ("back", 1)]);
+    }
+
+    #[test]
     fn a_cycle_goes_both_ways_each_time() {
         let programme = Programme {
+            past: Vec::new(),
             initial: vec![0.0],
             stages: vec![stage("c", &[-0.2, -0.1], 2, 2)],
         };

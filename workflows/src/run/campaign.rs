@@ -67,10 +67,8 @@ impl<'a> Campaign<'a> {
     }
 
     fn schedule(&self) -> Schedule {
-        Schedule::new(
-            &self.problem.programme,
-            model::step_control(&self.problem.solver),
-        )
+        let control = model::step_control(&self.problem.solver);
+        Schedule::new(&self.problem.programme, control)
     }
 
     fn prepare(&mut self, graph: &mut GraphHandle<Job>) -> Result<(), RunError> {
@@ -163,8 +161,8 @@ impl<'a> Campaign<'a> {
         let progress_id = store::FrameId::new(PROGRESS, 0);
         let macro_id = store::FrameId::new(MACRO, 0);
         let place: Place = decode(progress_id, &reader.frame(progress_id)?)?;
-        let mut schedule = self.schedule();
-        schedule.place = place;
+        let control = model::step_control(&self.problem.solver);
+        let schedule = Schedule::at(&self.problem.programme, control, place);
         match &self.problem.model {
             InputModel::Body(body) => {
                 let model = Model::new(body, self.problem.loads.len())?;

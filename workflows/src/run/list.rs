@@ -79,7 +79,7 @@ impl Line {
                 .map(|step| step.summary.stage.clone())
                 .unwrap_or_default(),
             bytes: run.bytes(),
-            cpu_s: run.cpu_s(),
+            cpu_s: run.own_cpu_s(),
             created: run.record.created,
             note: run.record.note.clone(),
             depth: 0,

@@ -3,12 +3,13 @@
 use std::sync::Arc;
 
 use solver_fem::GaussPointId;
-use store::{FrameId, RunName, StepIndex, StepReader, Store};
+use store::{FrameId, RunName, RunRecord, StepIndex, StepReader, Store};
 
 use super::{
     error::RunError,
-    frames::{DEAL, Deal, PACKING, POINT, decode, read_point},
+    frames::{DEAL, Deal, PACKING, POINT, PROGRESS, decode, read_point},
     point::PointState,
+    schedule::Place,
     work::Packing,
 };
 
@@ -19,17 +20,30 @@ pub trait Steps {
     /// # Errors
     /// It is not there, or damaged.
     fn step(&self, run: &RunName, step: StepIndex) -> Result<StepReader, store::ReadError>;
+    /// The record of a run.
+    ///
+    /// # Errors
+    /// It is not there, or damaged.
+    fn run(&self, run: &RunName) -> Result<RunRecord, store::ReadError>;
 }
 
 impl Steps for Store {
     fn step(&self, run: &RunName, step: StepIndex) -> Result<StepReader, store::ReadError> {
         Store::step(self, run, step)
     }
+
+    fn run(&self, run: &RunName) -> Result<RunRecord, store::ReadError> {
+        Store::run(self, run)
+    }
 }
 
 impl Steps for store::ReadOnlyStore {
     fn step(&self, run: &RunName, step: StepIndex) -> Result<StepReader, store::ReadError> {
         store::ReadOnlyStore::step(self, run, step)
+    }
+
+    fn run(&self, run: &RunName) -> Result<RunRecord, store::ReadError> {
+        store::ReadOnlyStore::run(self, run)
     }
 }
 
@@ -48,14 +62,18 @@ pub fn packings(store: &impl Steps, run: &RunName) -> Result<(Vec<Packing>, Deal
     Ok((packings, deal))
 }
 
-/// The states dealt to all Gauss points at step 0.
+/// The states dealt to all Gauss points at step 0, under the laws that hold in `run`: where those of a material were
+/// replaced since, its states are taken under the new ones.
 ///
 /// # Errors
-/// Step 0 cannot be read, or lacks a packing that it deals out.
+/// Step 0 or the run's record cannot be read, or step 0 lacks a packing that it deals out.
 pub fn dealt(store: &impl Steps, run: &RunName) -> Result<Vec<Arc<PointState>>, RunError> {
     let (packings, deal) = packings(store, run)?;
-    deal.states(&packings)
-        .ok_or_else(|| RunError::State("step 0 lacks a packing that it deals out".into()))
+    let states = deal
+        .states(&packings)
+        .ok_or_else(|| RunError::State("step 0 lacks a packing that it deals out".into()))?;
+    let manifest = super::session::manifest(&store.run(run)?.manifest)?;
+    super::relaw::relaw(states, &manifest)
 }
 
 /// The states of all Gauss points at the step open in `reader`, from those dealt at step 0.
@@ -92,17 +110,11 @@ pub fn states(
     points(&store.step(run, step)?, &dealt(store, run)?)
 }
 
-/// How many increments of the programme are done at a committed step.
+/// The place in the programme at a committed step.
 ///
 /// # Errors
 /// The step cannot be read.
-pub fn increments_done(
-    store: &impl Steps,
-    run: &RunName,
-    step: Option<StepIndex>,
-) -> Result<u64, RunError> {
-    let Some(step) = step else { return Ok(0) };
-    let id = FrameId::new(super::frames::PROGRESS, 0);
-    let place: super::schedule::Place = decode(id, &store.step(run, step)?.frame(id)?)?;
-    Ok(place.done())
+pub fn place(store: &impl Steps, run: &RunName, step: StepIndex) -> Result<Place, RunError> {
+    let id = FrameId::new(PROGRESS, 0);
+    Ok(decode(id, &store.step(run, step)?.frame(id)?)?)
 }

@@ -1,8 +1,13 @@
 //! What a run is, written once when it is created.
 
+use std::collections::BTreeSet;
+
 use serde::{Deserialize, Serialize};
 
-use crate::{input::Problem, machine::Machine};
+use crate::{
+    input::{Problem, derive::Change},
+    machine::Machine,
+};
 
 /// The description of a run. The input as resolved decides what is computed; the rest is for the record.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -21,6 +26,45 @@ pub struct Manifest {
     pub threads: usize,
     /// The input as resolved.
     pub problem: Problem,
+    /// What sets the run apart from the one it takes up; `None` for a run from the beginning.
+    #[serde(default)]
+    pub descent: Option<Descent>,
+    /// Materials, by index, whose contact law or elastic constants are no longer those that were dealt out with the
+    /// packings at step 0.
+    #[serde(default)]
+    pub relawed: BTreeSet<usize>,
+}
+
+/// How a run descends from the one whose step it takes up.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Descent {
+    /// In which sense it goes on.
+    pub kind: Kind,
+    /// What differs from that run, in the order of the keys.
+    pub changes: Vec<Change>,
+}
+
+/// In which sense a run goes on from a step of another one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Kind {
+    /// Another future of the same past.
+    Branch,
+    /// The same programme once more.
+    Rerun,
+    /// A new start from the states of the step: materials changed, so that no run with the present settings could have
+    /// come to them.
+    Seeded,
+}
+
+impl Kind {
+    /// One word for lists and machines.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Branch => "branch",
+            Self::Rerun => "rerun",
+            Self::Seeded => "seeded",
+        }
+    }
 }
 
 impl Manifest {
@@ -34,6 +78,8 @@ impl Manifest {
             linear_algebra: machine.linear_algebra,
             threads,
             problem,
+            descent: None,
+            relawed: BTreeSet::new(),
         }
     }
 

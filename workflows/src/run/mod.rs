@@ -2,6 +2,7 @@
 
 mod attempt;
 mod body;
+mod branch;
 mod campaign;
 mod core;
 mod element_test;
@@ -11,7 +12,9 @@ mod event_log;
 mod events;
 mod export;
 mod failed_task;
+mod forecast;
 mod frames;
+mod lineage;
 mod list;
 mod load;
 mod manifest;
@@ -19,8 +22,10 @@ mod model;
 mod notes;
 mod open;
 mod packings;
+mod plan;
 mod point;
 mod preparing;
+mod relaw;
 mod rev_exchange;
 mod rev_prepare;
 mod rev_test;
@@ -40,10 +45,12 @@ use std::path::{Path, PathBuf};
 
 use store::{RunState, Store};
 
+pub use self::branch::{Computing, Wish};
 use self::open::{explain, no_such_run, open, open_existing, store_name};
+pub use self::plan::Intent;
 use crate::address::{RevAddress, RunAddress, RunName};
 use crate::failure::Failure;
-use crate::input::Problem;
+use crate::input::{Problem, derive::Scope};
 use crate::progress::Progress;
 use crate::report::Report;
 
@@ -104,6 +111,16 @@ pub fn resume(context: &Context<'_>, run: &RunName) -> Result<Report, Failure> {
     let manifest =
         session::manifest(&record.manifest).map_err(|error| explain("resume the run", error))?;
     go(context, &store, &name, &manifest.problem)
+}
+
+/// Makes the runs that take up a load step as `wish` says, and computes them.
+pub fn derive(context: &Context<'_>, wish: &Wish, scope: Scope) -> Result<Report, Failure> {
+    branch::derive(context, wish, scope)
+}
+
+/// Reports what a verb would do, without doing it.
+pub fn plan(context: &Context<'_>, intent: &Intent) -> Result<Report, Failure> {
+    plan::plan(context, intent)
 }
 
 fn go(

@@ -193,7 +193,7 @@ impl Planner {
 }
 
 /// The contact law of a material on a given packing: kn = κ σ0, f_c = p* a σ0.
-fn law(rev: &Rev, packing: &super::point::PlaneRev) -> solver_dem::ContactLaw {
+pub fn law(rev: &Rev, packing: &super::point::PlaneRev) -> solver_dem::ContactLaw {
     let kn = rev.stiffness * rev.confining_stress;
     solver_dem::ContactLaw {
         normal_stiffness: kn,
@@ -227,7 +227,11 @@ pub fn read_record(path: &str) -> Result<(PackingRecord, super::point::PlaneRev)
     Ok((record, rev))
 }
 
-fn elastic_point(elastic: &crate::input::problem::Elastic) -> Result<PointState, RunError> {
+/// A point of an elastic material before loading.
+///
+/// # Errors
+/// Constants that are no elastic law.
+pub fn elastic_point(elastic: &crate::input::problem::Elastic) -> Result<PointState, RunError> {
     let law = Elastic::new(elastic.young, elastic.poisson)
         .map_err(|error| RunError::Model(error.to_string()))?;
     let p = elastic.initial_stress;

@@ -21,9 +21,19 @@ impl Place {
     }
 }
 
+impl Place {
+    /// Increments that are done or begun: what another programme that takes over here has behind it.
+    pub fn begun(&self) -> u64 {
+        let untouched = matches!(self.control.interval(), Some((from, _)) if from <= 0.0);
+        self.increments + u64::from(!untouched)
+    }
+}
+
 /// The load programme and the place in it.
 pub struct Schedule {
     steps: Vec<Step>,
+    /// Increments before the first of `steps`.
+    offset: u64,
     stages: Vec<String>,
     /// The place, as of the last commit or cut.
     pub place: Place,
@@ -47,10 +57,11 @@ pub struct Interval {
 }
 
 impl Schedule {
-    /// The programme from its beginning.
+    /// The programme from its beginning, where it has no past.
     pub fn new(programme: &Programme, control: StepControlSettings) -> Self {
         Self {
             steps: programme.steps(),
+            offset: programme.offset(),
             stages: programme
                 .stages
                 .iter()
@@ -64,9 +75,28 @@ impl Schedule {
         }
     }
 
-    /// Number of increments.
+    /// The programme at a stored place. A place in the past of the programme is that of the step which it takes up: what
+    /// was left of the increment there is given up. Step-size control follows the given settings.
+    pub fn at(programme: &Programme, control: StepControlSettings, place: Place) -> Self {
+        let mut schedule = Self::new(programme, control);
+        schedule.place = Place {
+            control: place.control.with_settings(control),
+            ..place
+        };
+        if let Some(last) = schedule
+            .offset
+            .checked_sub(1)
+            .filter(|last| place.increments <= *last)
+        {
+            schedule.place.increments = last;
+            schedule.place.control.end_increment();
+        }
+        schedule
+    }
+
+    /// Number of increments, those before the programme included.
     pub fn increments(&self) -> u64 {
-        self.steps.len() as u64
+        self.offset + self.steps.len() as u64
     }
 
     /// The next load step; `None` at the end of the programme.
@@ -79,9 +109,8 @@ impl Schedule {
                 self.place.control.interval()?
             }
         };
-        let step = self
-            .steps
-            .get(usize::try_from(self.place.increments).ok()?)?;
+        let index = self.place.increments.checked_sub(self.offset)?;
+        let step = self.steps.get(usize::try_from(index).ok()?)?;
         let at = |x: f64| -> Vec<f64> {
             let ends = step.from.iter().zip(&step.to);
             ends.map(|(a, b)| if x >= 1.0 { *b } else { a + (b - a) * x })

@@ -76,7 +76,13 @@ pub fn advance(
 ) -> Result<SessionEnd, RunError> {
     let record = store.run(run)?;
     let total = problem.programme.len();
-    let done = super::load::increments_done(store, run, record.last_step)?;
+    let done = match record.last_step {
+        // Where a branch begins in the middle of an increment, that one is behind it.
+        Some(step) => super::load::place(store, run, step)?
+            .done()
+            .max(problem.programme.offset()),
+        None => 0,
+    };
     let mut core = Core::new(store, run, progress)?;
     store.set_run_state(run, RunState::Running, "")?;
     progress.run_started(run.as_str(), done, total);

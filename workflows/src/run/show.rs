@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use super::{
     Context,
     error::RunError,
-    list, load,
+    lineage, list, load,
     open::explain,
     show_step,
     summary::RevFigures,
@@ -98,8 +98,10 @@ pub fn damage(step: &StepView) -> Option<String> {
 
 fn whole(context: &Context<'_>, view: &View, run: &RunView) -> Report {
     let packings = load::packings(&view.store, run.name()).map(|(packings, _)| packings);
-    let data = data(run, packings.as_ref().ok());
+    let mut data = data(run, packings.as_ref().ok());
+    (data["descent"], data["children"]) = lineage::data(view, run);
     let mut out = heading(context, run);
+    out.push_str(&lineage::in_words(view, run));
     out.push_str(&facts(run, &packings));
     out.push('\n');
     out.push_str(&steps(run));
@@ -243,12 +245,12 @@ fn facts(run: &RunView, packings: &Result<Vec<Packing>, RunError>) -> String {
         Err(_) if run.steps.is_empty() => {}
         Err(error) => text.push_str(&format!("  packings   cannot be read: failed to {error}\n")),
     }
-    let stages: Vec<String> = problem
-        .programme
-        .stages
-        .iter()
-        .map(|stage| format!("{} ({})", stage.name, stage.len()))
-        .collect();
+    let programme = &problem.programme;
+    let past = programme.past.iter();
+    let past = past.map(|stage| format!("{} ({} done before)", stage.name, stage.increments));
+    let own = programme.stages.iter();
+    let own = own.map(|stage| format!("{} ({})", stage.name, stage.len()));
+    let stages: Vec<String> = past.chain(own).collect();
     text.push_str(&format!("  programme  {}\n", stages.join(", ")));
     text
 }

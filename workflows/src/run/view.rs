@@ -224,13 +224,20 @@ impl RunView {
         self.steps.iter().map(StepView::cpu_s).sum()
     }
 
+    /// The steps that it computed itself, those shared with its ancestors left out.
+    pub fn own_steps(&self) -> impl Iterator<Item = &StepView> {
+        let own = |step: &&StepView| step.record.run == self.record.name;
+        self.steps.iter().filter(own)
+    }
+
+    /// CPU seconds of its own steps.
+    pub fn own_cpu_s(&self) -> f64 {
+        self.own_steps().map(StepView::cpu_s).sum()
+    }
+
     /// Bytes of the packs of its own steps.
     pub fn bytes(&self) -> u64 {
-        let own = self
-            .steps
-            .iter()
-            .filter(|step| step.record.run == self.record.name);
-        own.map(|step| step.record.bytes).sum()
+        self.own_steps().map(|step| step.record.bytes).sum()
     }
 
     /// Increments of the programme, and how many are done.

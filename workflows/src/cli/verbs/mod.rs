@@ -1,8 +1,10 @@
 //! The verbs, one file each: their arguments, and how these become a call of [`crate::run`].
 
 pub mod bench;
+pub mod branch;
 pub mod completions;
 pub mod export;
+pub mod plan;
 pub mod resume;
 pub mod rev;
 pub mod schema;
@@ -21,6 +23,9 @@ pub fn perform(verb: &Verb, context: &Context<'_>) -> Result<Report, Failure> {
     match verb {
         Verb::Submit(args) => submit::perform(args, context),
         Verb::Resume(args) => resume::perform(args, context),
+        Verb::Branch(args) => branch::perform(args, context),
+        Verb::Rerun(args) => branch::perform_rerun(args, context),
+        Verb::Plan(verb) => plan::perform(verb, context),
         Verb::Runs => run::runs(context),
         Verb::Show(args) => show::perform(args, context),
         Verb::Status(args) => status::perform(args, context),

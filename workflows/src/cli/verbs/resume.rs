@@ -11,6 +11,13 @@ pub struct Args {
     run: RunName,
 }
 
+impl Args {
+    /// The run.
+    pub fn run(&self) -> &RunName {
+        &self.run
+    }
+}
+
 pub fn perform(args: &Args, context: &Context<'_>) -> Result<Report, Failure> {
     run::resume(context, &args.run)
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::address::RunName;
 use crate::failure::Failure;
-use crate::input;
+use crate::input::{self, Problem};
 use crate::report::Report;
 use crate::run::{self, Context};
 
@@ -18,6 +18,14 @@ pub struct Args {
     name: Option<RunName>,
 }
 
+impl Args {
+    /// The checked input, and the name that is to replace its own.
+    pub fn problem(&self) -> Result<(Problem, Option<RunName>), Failure> {
+        Ok((input::load(&self.file)?, self.name.clone()))
+    }
+}
+
 pub fn perform(args: &Args, context: &Context<'_>) -> Result<Report, Failure> {
-    run::submit(context, input::load(&args.file)?, args.name.clone())
+    let (problem, name) = args.problem()?;
+    run::submit(context, problem, name)
 }

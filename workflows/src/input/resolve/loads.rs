@@ -51,6 +51,21 @@ impl Loads {
         }
     }
 
+    /// Loads that are there already, at these values.
+    pub fn given(names: &[String], values: &[f64]) -> Self {
+        let loads = names.iter().zip(values).map(|(name, value)| Load {
+            name: name.clone(),
+            initial: *value,
+            used: true,
+            declared: true,
+        });
+        Self {
+            loads: loads.collect(),
+            known: true,
+            missed: BTreeSet::new(),
+        }
+    }
+
     pub fn names(&self) -> impl Iterator<Item = &str> + Clone {
         self.loads.iter().map(|load| load.name.as_str())
     }

@@ -16,9 +16,10 @@ mod rigid;
 use std::collections::BTreeSet;
 use std::path::Path as FilePath;
 
-use self::loads::Loads;
+pub use self::loads::Loads;
 use self::materials::Materials;
-use self::read::Reader;
+pub use self::programme::read as read_programme;
+pub use self::read::Reader;
 use super::document::{OutputSettings, SolverSettings};
 use super::path::Path;
 use super::problem::{Body, Model, Problem};
@@ -122,7 +123,8 @@ fn model(reader: &mut Reader<'_, '_>, loads: &mut Loads, materials: &Materials) 
     }))
 }
 
-fn check_solver(reader: &mut Reader<'_, '_>, solver: &SolverSettings) {
+/// Reports settings that contradict one another.
+pub fn check_solver(reader: &mut Reader<'_, '_>, solver: &SolverSettings) {
     if solver.loosest_force_tolerance < solver.force_tolerance {
         let path = Path::root().key("solver").key("loosest_force_tolerance");
         let message = format!(

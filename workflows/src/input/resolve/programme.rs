@@ -20,6 +20,7 @@ pub fn read(reader: &mut Reader<'_, '_>, loads: &mut Loads) -> Option<Programme>
         });
     }
     let programme = Programme {
+        past: Vec::new(),
         initial: loads.initial(),
         stages: stages.filter(|stages| !stages.is_empty())?,
     };

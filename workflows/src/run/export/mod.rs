@@ -202,9 +202,9 @@ pub fn places(model: &Model, body: &Body) -> Vec<(String, Target)> {
 
 /// The first columns of every curve: where in the programme the row is.
 fn place_columns(programme: &Programme, loads: &[String]) -> Vec<Column> {
-    let stages = programme.stages.iter().enumerate();
+    let stages = programme.stage_names().enumerate();
     let legend: Vec<String> = stages
-        .map(|(k, stage)| format!("{} = {}", k + 1, stage.name))
+        .map(|(k, stage)| format!("{} = {stage}", k + 1))
         .collect();
     let mut columns = vec![
         Column::new(
@@ -240,9 +240,8 @@ fn place_columns(programme: &Programme, loads: &[String]) -> Vec<Column> {
 fn place_values(programme: &Programme, loads: usize, step: &StepView) -> Vec<f64> {
     let summary = &step.summary;
     let stage = programme
-        .stages
-        .iter()
-        .position(|stage| stage.name == summary.stage);
+        .stage_names()
+        .position(|stage| stage == summary.stage);
     let stage = stage.map_or(0, |k| k + 1);
     let mut values = vec![f64::from(step.record.index.0), step.reached(), stage as f64];
     values.extend((0..loads).map(|k| summary.loads.get(k).copied().unwrap_or(f64::NAN)));

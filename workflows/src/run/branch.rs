@@ -1,0 +1,366 @@
+//! Runs that take up another one at one of its load steps: branches and reruns. The steps before are shared, not
+//! copied; nothing that is committed is changed.
+
+use std::{collections::BTreeMap, num::NonZeroUsize, time::SystemTime};
+
+use serde_json::json;
+use store::{NewRun, RunName, StepAddress, StepIndex, Store};
+
+use super::{
+    Context, ended,
+    error::RunError,
+    load::{self, Steps},
+    manifest::{Descent, Kind, Manifest},
+    open::{explain, no_such_run, open_existing, store_name},
+    schedule::Place,
+    session::{self, SessionEnd},
+    summary::StepSummary,
+};
+use crate::{
+    address::{RunAddress, StepSelector},
+    failure::{Failure, FailureKind},
+    input::{
+        Problem,
+        derive::{self, Junction, Request, Scope, Variant},
+    },
+    report::Report,
+};
+
+/// Whether the new runs are computed at once.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Computing {
+    /// One after the other, as `submit` does.
+    Now,
+    /// By a later `resume` of each.
+    Later,
+}
+
+/// What is asked for.
+#[derive(Debug, Clone)]
+pub struct Wish {
+    /// The step that is taken up.
+    pub at: RunAddress,
+    /// The changes.
+    pub request: Request,
+    /// The name of the run, or what the names of several begin with.
+    pub name: Option<crate::address::RunName>,
+    /// Whether the new runs are computed at once.
+    pub computing: Computing,
+}
+
+/// The step that is taken up, with all that a new run needs to know of its run.
+pub struct Origin {
+    /// The step, as the new run's record names it.
+    pub parent: StepAddress,
+    /// What the run is that the step is of.
+    pub manifest: Manifest,
+    /// Place in its programme.
+    pub place: Place,
+    /// Values of its loads there.
+    pub loads: Vec<f64>,
+    /// Where earlier changes of values came from.
+    pub earlier: BTreeMap<String, String>,
+}
+
+/// A run to come.
+pub struct Planned {
+    /// The name that is wanted for it.
+    pub name: RunName,
+    /// What it is.
+    pub manifest: Manifest,
+}
+
+/// Makes the runs that are asked for, and computes them.
+pub fn derive(context: &Context<'_>, wish: &Wish, scope: Scope) -> Result<Report, Failure> {
+    let store = open_existing(context)?;
+    let names = store
+        .run_names()
+        .map_err(|error| explain("list the runs", error.into()))?;
+    let origin = origin(&store, &names, &wish.at)?;
+    let planned = planned(&origin, wish, scope, context.threads())?;
+    let mut created = Vec::new();
+    for Planned { name, manifest } in planned {
+        let run = create(&store, name, &origin.parent, &manifest)
+            .map_err(|error| explain("create the run", error))?;
+        context
+            .progress
+            .note(&announcement(&run, &origin.parent, &manifest));
+        created.push((run, manifest.problem));
+    }
+    match wish.computing {
+        Computing::Later => Ok(prepared(&created, &origin.parent)),
+        Computing::Now => compute(context, &store, &created),
+    }
+}
+
+/// The step that `at` means. Of a step before the one at which its run was taken up, the run that computed it is the
+/// owner: what follows there follows from that one's input.
+pub fn origin(store: &impl Steps, names: &[RunName], at: &RunAddress) -> Result<Origin, Failure> {
+    let mut name = store_name(&at.run)?;
+    if !names.contains(&name) {
+        return Err(no_such_run(name.as_str(), names));
+    }
+    let reading = |error: RunError| explain(&format!("read {at}"), error);
+    let record = store.run(&name).map_err(|error| reading(error.into()))?;
+    let step = match (at.step, record.last_step) {
+        (None, _) => {
+            let what = format!("failed to branch off `{name}`: the load step is missing");
+            return Err(Failure::new(FailureKind::Usage, what).hint(format!(
+                "name the step to go on from: `{name}@12`, `{name}@last`"
+            )));
+        }
+        (Some(StepSelector::Last), Some(last)) => last,
+        (Some(StepSelector::Index(index)), Some(last)) if index <= u64::from(last.0) => {
+            StepIndex(index as u32)
+        }
+        (Some(selector), last) => {
+            let what = format!("failed to find load step {selector} of run `{name}`");
+            return Err(Failure::new(FailureKind::Usage, what).hint(match last {
+                Some(last) => format!("its committed load steps are 0 to {last}"),
+                None => format!("it has none yet; `femdem-flow resume {name}` computes it"),
+            }));
+        }
+    };
+    let mut lineage = record;
+    while let Some(parent) = lineage.parent.clone().filter(|parent| step < parent.step) {
+        name = parent.run;
+        lineage = store.run(&name).map_err(|error| reading(error.into()))?;
+    }
+    let read = || -> Result<Origin, RunError> {
+        let manifest = session::manifest(&lineage.manifest)?;
+        let reader = store.step(&name, step)?;
+        let summary = reader.summary()?;
+        let summary: StepSummary = rmp_serde::from_slice(&summary)
+            .map_err(|error| RunError::Manifest(error.to_string()))?;
+        Ok(Origin {
+            place: load::place(store, &name, step)?,
+            loads: summary.loads,
+            earlier: earlier(store, &name)?,
+            parent: StepAddress {
+                run: name.clone(),
+                step,
+            },
+            manifest,
+        })
+    };
+    read().map_err(reading)
+}
+
+/// Where the values came from that `run` and its ancestors changed; the nearest change counts.
+fn earlier(store: &impl Steps, run: &RunName) -> Result<BTreeMap<String, String>, RunError> {
+    let mut places = BTreeMap::new();
+    let mut next = Some(run.clone());
+    while let Some(name) = next {
+        let record = store.run(&name)?;
+        let descent = session::manifest(&record.manifest)?.descent;
+        for change in descent.into_iter().flat_map(|descent| descent.changes) {
+            places
+                .entry(change.key)
+                .or_insert_with(|| format!("{} of `{name}`", change.to_place));
+        }
+        next = record.parent.map(|parent| parent.run);
+    }
+    Ok(places)
+}
+
+/// The runs that are asked for, each with its name and its record.
+pub fn planned(
+    origin: &Origin,
+    wish: &Wish,
+    scope: Scope,
+    threads: NonZeroUsize,
+) -> Result<Vec<Planned>, Failure> {
+    let problem = &origin.manifest.problem;
+    let past = problem.programme.until(origin.place.begun());
+    let address = origin.parent.to_string();
+    let junction = Junction {
+        address: &address,
+        problem,
+        loads: &origin.loads,
+        past: &past,
+        earlier: &origin.earlier,
+    };
+    let variants = derive::variants(&junction, &wish.request, scope)?;
+    variants
+        .into_iter()
+        .map(|variant| {
+            refuse_without_future(origin, &variant.problem, scope)?;
+            let name = name(&origin.parent.run, wish, &variant)?;
+            Ok(Planned {
+                name: store_name(&name)?,
+                manifest: manifest(origin, variant, &name, scope, threads),
+            })
+        })
+        .collect()
+}
+
+fn refuse_without_future(origin: &Origin, problem: &Problem, scope: Scope) -> Result<(), Failure> {
+    if origin.place.done() < problem.programme.len() {
+        return Ok(());
+    }
+    let at = &origin.parent;
+    let what = format!("failed to go on from {at}: the programme ends there");
+    let hint = match scope {
+        Scope::Branch => format!(
+            "say what follows, as in `femdem-flow branch {at} --ramp LOAD=VALUE --steps 10`"
+        ),
+        Scope::Rerun => format!(
+            "a rerun begins before the end: `femdem-flow rerun {}@STEP`; `femdem-flow branch {at}` goes on beyond it",
+            at.run
+        ),
+    };
+    Err(Failure::new(FailureKind::Usage, what).hint(hint))
+}
+
+fn manifest(
+    origin: &Origin,
+    variant: Variant,
+    name: &crate::address::RunName,
+    scope: Scope,
+    threads: NonZeroUsize,
+) -> Manifest {
+    let kind = match scope {
+        Scope::Branch => Kind::Branch,
+        Scope::Rerun if variant.relawed.is_empty() => Kind::Rerun,
+        Scope::Rerun => Kind::Seeded,
+    };
+    let problem = Problem {
+        name: name.clone(),
+        ..variant.problem
+    };
+    let mut relawed = origin.manifest.relawed.clone();
+    relawed.extend(variant.relawed);
+    Manifest {
+        descent: Some(Descent {
+            kind,
+            changes: variant.changes,
+        }),
+        relawed,
+        ..Manifest::new(problem, threads.get())
+    }
+}
+
+/// The name asked for, or else the parent's with what sets the run apart behind; where it is taken, the store counts.
+fn name(
+    parent: &RunName,
+    wish: &Wish,
+    variant: &Variant,
+) -> Result<crate::address::RunName, Failure> {
+    let wished = variant.name.as_ref().or(wish.name.as_ref());
+    if let Some(name) = wished {
+        return Ok(name.clone());
+    }
+    let label = match variant.label.as_str() {
+        "" => String::new(),
+        label => format!("-{label}"),
+    };
+    let room = crate::address::LONGEST_RUN_NAME.saturating_sub(label.len());
+    let stem: String = parent.as_str().chars().take(room).collect();
+    format!("{stem}{label}").parse().map_err(|error| {
+        let what = format!("failed to name a run after `{parent}`");
+        Failure::new(FailureKind::Usage, what)
+            .because(error)
+            .hint("give it a name with `--name`")
+    })
+}
+
+/// Puts a run into the store that takes up `parent`.
+fn create(
+    store: &Store,
+    name: RunName,
+    parent: &StepAddress,
+    manifest: &Manifest,
+) -> Result<RunName, RunError> {
+    let created = SystemTime::now()
+        .duration_since(SystemTime::UNIX_EPOCH)
+        .map_or(0, |d| d.as_secs());
+    let run = NewRun {
+        name,
+        created,
+        parent: Some(parent.clone()),
+        manifest: manifest.to_bytes(),
+    };
+    Ok(store.create_run(run)?.name)
+}
+
+fn announcement(run: &RunName, parent: &StepAddress, manifest: &Manifest) -> String {
+    let changes = manifest.descent.iter().flat_map(|descent| &descent.changes);
+    let changes: Vec<String> = changes
+        .map(|change| format!("{} {} → {}", change.key, change.from, change.to))
+        .collect();
+    let what = match changes.is_empty() {
+        true => "nothing changed".to_owned(),
+        false => changes.join("; "),
+    };
+    let kind = manifest.descent.as_ref().map_or("run", |d| d.kind.word());
+    format!("{kind} `{run}` from {parent}: {what}")
+}
+
+/// What there is when nothing is computed yet.
+fn prepared(created: &[(RunName, Problem)], parent: &StepAddress) -> Report {
+    let mut text = String::new();
+    for (run, _) in created {
+        text.push_str(&format!(
+            "Run `{run}` takes up {parent}; nothing is computed yet.\n"
+        ));
+    }
+    text.push_str("Next:");
+    for (run, _) in created {
+        text.push_str(&format!("  femdem-flow resume {run}\n     "));
+    }
+    let runs: Vec<_> = created
+        .iter()
+        .map(|(run, _)| {
+            json!({ "name": run.as_str(), "parent": parent.to_string(), "state": "prepared", "steps": parent.step.0 })
+        })
+        .collect();
+    Report::new(text.trim_end(), &json!({ "runs": runs }))
+}
+
+/// Computes the runs one after the other. One whose step cannot be solved does not keep the next from being computed; a
+/// signal does.
+fn compute(
+    context: &Context<'_>,
+    store: &Store,
+    runs: &[(RunName, Problem)],
+) -> Result<Report, Failure> {
+    let mut text = String::new();
+    let mut data = Vec::new();
+    let mut failed: Option<Failure> = None;
+    for (index, (run, problem)) in runs.iter().enumerate() {
+        let end = session::advance(store, run, problem, context.threads(), context.progress)
+            .map_err(|error| explain(&format!("compute run `{run}`"), error))?;
+        let stopped = matches!(end, SessionEnd::Interrupted(_));
+        match ended::ended(context, store, run, &end) {
+            Ok(report) => {
+                text.push_str(&report.text);
+                text.push('\n');
+                data.push(report.json);
+            }
+            Err(failure) => {
+                data.extend(failure.report().map(|report| report.json.clone()));
+                failed = failed.or(Some(failure));
+            }
+        }
+        let left: Vec<RunName> = runs[index + 1..]
+            .iter()
+            .map(|(run, _)| run.clone())
+            .collect();
+        if stopped {
+            if let (Some(failure), false) = (failed.take(), left.is_empty()) {
+                let hint = format!(
+                    "{}; likewise for {}, which are not begun yet",
+                    failure.advice().unwrap_or_default(),
+                    super::list::names(&left)
+                );
+                failed = Some(failure.hint(hint));
+            }
+            break;
+        }
+    }
+    let report = Report::new(text, &json!({ "runs": data }));
+    match failed {
+        None => Ok(report),
+        Some(failure) => Err(failure.with(report)),
+    }
+}
