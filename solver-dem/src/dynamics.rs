@@ -17,6 +17,8 @@ mod list;
 mod quad;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod two_grains;
 
 use crate::{
     Cell, Contact, ContactLaw, Rev, RevState,
@@ -334,7 +336,8 @@ impl<'a> Assembly<'a> {
     }
 
     /// Largest unbalanced force or moment/radius of a grain over the mean contact force, for the
-    /// forces last computed; 0 without contacts, infinite when a force is not finite.
+    /// forces last computed; 0 without contacts, infinite when a force is not finite. Bonded grains that nothing
+    /// presses together have no force but their bond's to be measured by, so no mean counts less than f_c.
     pub fn residual(&self) -> f64 {
         let (mut sum, mut count) = (0.0, 0usize);
         for link in self.closed() {
@@ -344,7 +347,7 @@ impl<'a> Assembly<'a> {
         if count == 0 {
             return 0.0;
         }
-        let mean = sum / count as f64;
+        let mean = (sum / count as f64).max(self.law.cohesion);
         let mut worst: f64 = 0.0;
         for (load, radius) in self.loads.iter().zip(self.radii) {
             let force = (load[0] * load[0] + load[1] * load[1]).sqrt();

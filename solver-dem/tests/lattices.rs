@@ -129,3 +129,56 @@ fn deformation_multiplies_the_cell_from_the_left() {
         }
     }
 }
+
+/// Every contact of a sheared square lattice slips at once: there is no other path for the force to take.
+#[test]
+fn friction_saturates_at_mu_kn_overlap() {
+    let overlap = 1e-4;
+    let base = lattice([[1.0 - overlap, 0.0], [0.0, 1.0 - overlap]]);
+    let bound = 0.5 * KN * overlap;
+    // Pure shear by γ slides each contact by γ/2 of a diameter.
+    let sheared = |gamma: f64| {
+        let f = [[1.0, 0.5 * gamma], [0.5 * gamma, 1.0]];
+        respond(&base, None, &f, &tight()).unwrap()
+    };
+    let at_bound = 2.0 * bound / KT;
+    let [before, after] = [0.5, 1.5].map(|part| sheared(part * at_bound));
+    for contact in &before.state.contacts {
+        assert!((contact.tangential[0].abs() / bound - 0.5).abs() < 1e-3);
+    }
+    assert_eq!(before.report.sliding, 0);
+    for contact in &after.state.contacts {
+        assert!((contact.tangential[0].abs() / bound - 1.0).abs() < 1e-3);
+    }
+    assert_eq!(after.report.sliding, after.report.contacts);
+    assert!((after.stress[0][1] / bound - 1.0).abs() < 2e-3);
+}
+
+/// f_n = kn δ − f_c vanishes at δ = f_c/kn, wherever the pair starts, and friction is bounded by the elastic part alone.
+#[test]
+fn two_cohesive_grains_rest_at_the_overlap_that_balances_the_bond() {
+    for start in [1e-3, 4e-3] {
+        let pair = Rev {
+            grains: Arc::new(Grains {
+                radii: vec![0.5, 0.4],
+            }),
+            law: ContactLaw {
+                normal_stiffness: KN,
+                tangential_stiffness: KT,
+                friction: 0.5,
+                cohesion: 3.0,
+            },
+            state: RevState {
+                cell: Cell::rectangular([6.0, 6.0]),
+                positions: vec![[5.9, 1.0], [0.8 - start, 1.0]],
+                contacts: Vec::new(),
+            },
+        };
+        let response = respond(&pair, None, &UNIT, &Settings::default()).unwrap();
+        let [a, b] = [response.state.positions[0], response.state.positions[1]];
+        let overlap = 0.9 - (b[0] + 6.0 - a[0]).hypot(b[1] - a[1]);
+        assert!((overlap / (3.0 / KN) - 1.0).abs() < 1e-3, "{overlap}");
+        assert_eq!(response.report.contacts, 1);
+        assert!(common::distance(&response.stress, &[[0.0; 2]; 2]) < 1e-4);
+    }
+}
