@@ -103,7 +103,7 @@ pub(crate) fn files(source: &impl Source, depth: Depth) -> Result<CheckReport, C
         report.findings.push(Finding::new(
             Severity::Leftover,
             &dir,
-            "a run that was never finished being created",
+            "a run that was never finished being created or deleted",
             "the next opening for writing removes it",
         ));
     }
@@ -152,6 +152,11 @@ fn check_run(
             report.findings.push(Finding::damage(&path, &error));
             continue;
         }
+        if let (StepHealth::Pruned, Some(digest)) = (&step.health, step.digest) {
+            // What it continued from went with its pack; what continues from it can still be held against it.
+            digests.insert(address, (digest, None));
+            continue;
+        }
         report.packs += 1;
         report.bytes += crate::pack::stored_bytes(&path);
         match check_step(&path, &address, depth) {
@@ -168,8 +173,15 @@ fn check_run(
                 "a journal of a step that cannot come next"
             }
             RunFile::SetAside => "a step that was set aside",
+            RunFile::Stub(step) if layout.pack(name, step).exists() => {
+                "the stub of a step that was not pruned after all"
+            }
             // The owner of the store may be writing it at this moment.
-            RunFile::Temporary | RunFile::Part(..) | RunFile::Pack(_) | RunFile::Other => continue,
+            RunFile::Temporary
+            | RunFile::Part(..)
+            | RunFile::Pack(_)
+            | RunFile::Stub(_)
+            | RunFile::Other => continue,
         };
         let remedy = "remove it when you do not need it";
         report

@@ -126,6 +126,9 @@ pub enum ReadError {
         /// Where the pack should be.
         path: PathBuf,
     },
+    /// The step was committed, and its pack was removed on purpose.
+    #[error("read the step {0}: it was pruned, only its figures are left")]
+    Pruned(StepAddress),
     /// No such frame in the pack.
     #[error("find {frame} in `{}`", path.display())]
     NoSuchFrame {
@@ -294,6 +297,42 @@ pub enum SetBackError {
     #[error("set back `{0}` while its journal is open")]
     Busy(RunName),
     /// The run's record is missing or damaged.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The operating system refused.
+    #[error(transparent)]
+    Io(#[from] IoFailure),
+}
+
+/// Deleting a run failed; it is whole or gone.
+#[derive(Debug, Error)]
+pub enum DeleteError {
+    /// Another run takes up one of its steps.
+    #[error("delete the run: `{child}` takes up {parent}")]
+    HasBranch {
+        /// The other run.
+        child: RunName,
+        /// The step.
+        parent: StepAddress,
+    },
+    /// The run has a journal open.
+    #[error("delete `{0}` while its journal is open")]
+    Busy(RunName),
+    /// A run's record is missing or damaged.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The operating system refused.
+    #[error(transparent)]
+    Io(#[from] IoFailure),
+}
+
+/// Pruning a run failed; each of its steps is whole or pruned.
+#[derive(Debug, Error)]
+pub enum PruneError {
+    /// The run has a journal open.
+    #[error("prune `{0}` while its journal is open")]
+    Busy(RunName),
+    /// A run's record is missing or damaged.
     #[error(transparent)]
     Read(#[from] ReadError),
     /// The operating system refused.

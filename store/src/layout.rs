@@ -8,6 +8,8 @@ use crate::id::{Digest, RunName, StepIndex, WaveIndex};
 
 /// Begins the name of a run's folder while it is being made; no run name begins so.
 const NEW_RUN: &str = ".new-";
+/// Begins the name of a run's folder while it is being deleted.
+const GONE_RUN: &str = ".gone-";
 /// Ends the name of a pack that was set aside.
 const ASIDE: &str = ".aside";
 
@@ -21,6 +23,7 @@ pub(crate) struct Layout {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum RunFile {
     Pack(StepIndex),
+    Stub(StepIndex),
     Part(StepIndex, WaveIndex),
     Temporary,
     SetAside,
@@ -66,6 +69,10 @@ impl Layout {
         self.packs().join(format!("{NEW_RUN}{run}"))
     }
 
+    pub(crate) fn gone_run(&self, run: &RunName) -> PathBuf {
+        self.packs().join(format!("{GONE_RUN}{run}"))
+    }
+
     pub(crate) fn state(&self, run: &RunName) -> PathBuf {
         self.run(run).join("state.rmp")
     }
@@ -76,6 +83,10 @@ impl Layout {
 
     pub(crate) fn pack(&self, run: &RunName, step: StepIndex) -> PathBuf {
         self.run(run).join(pack_name(step))
+    }
+
+    pub(crate) fn stub(&self, run: &RunName, step: StepIndex) -> PathBuf {
+        self.run(run).join(stub_name(step))
     }
 
     pub(crate) fn part(&self, run: &RunName, step: StepIndex, wave: WaveIndex) -> PathBuf {
@@ -95,12 +106,12 @@ impl Layout {
             .collect())
     }
 
-    /// The folders of runs that were never finished being created.
+    /// The folders of runs that were never finished being created, or being deleted.
     pub(crate) fn unfinished_runs(&self) -> Result<Vec<PathBuf>, IoFailure> {
         let names = files::list(&self.packs())?;
         Ok(names
             .iter()
-            .filter(|n| n.starts_with(NEW_RUN))
+            .filter(|n| n.starts_with(NEW_RUN) || n.starts_with(GONE_RUN))
             .map(|n| self.packs().join(n))
             .collect())
     }
@@ -115,17 +126,18 @@ impl Layout {
             .collect())
     }
 
-    /// The steps of which the run's folder has a pack, ascending.
+    /// The steps of which the run's folder has a pack or the stub of one, ascending.
     pub(crate) fn pack_steps(&self, run: &RunName) -> Result<Vec<StepIndex>, IoFailure> {
         let mut steps: Vec<_> = self
             .run_files(run)?
             .into_iter()
             .filter_map(|(_, file)| match file {
-                RunFile::Pack(step) => Some(step),
+                RunFile::Pack(step) | RunFile::Stub(step) => Some(step),
                 _ => None,
             })
             .collect();
         steps.sort();
+        steps.dedup();
         Ok(steps)
     }
 
@@ -159,6 +171,10 @@ fn pack_name(step: StepIndex) -> String {
     format!("{:08}.pack", step.0)
 }
 
+fn stub_name(step: StepIndex) -> String {
+    format!("{:08}.pruned", step.0)
+}
+
 fn part_name(step: StepIndex, wave: WaveIndex) -> String {
     format!("{:08}.wave{:06}.part", step.0, wave.0)
 }
@@ -174,6 +190,12 @@ fn classify(name: &str) -> RunFile {
         let step = StepIndex(step);
         if pack_name(step) == name {
             return RunFile::Pack(step);
+        }
+    }
+    if let Some(step) = name.strip_suffix(".pruned").and_then(|n| n.parse().ok()) {
+        let step = StepIndex(step);
+        if stub_name(step) == name {
+            return RunFile::Stub(step);
         }
     }
     let part = name
@@ -196,6 +218,8 @@ mod tests {
     fn only_the_canonical_spelling_of_a_name_is_a_pack() {
         assert_eq!(classify("00000012.pack"), RunFile::Pack(StepIndex(12)));
         assert_eq!(classify("12.pack"), RunFile::Other);
+        assert_eq!(classify("00000012.pruned"), RunFile::Stub(StepIndex(12)));
+        assert_eq!(classify("12.pruned"), RunFile::Other);
         assert_eq!(classify("+0000012.pack"), RunFile::Other);
         let part = RunFile::Part(StepIndex(3), WaveIndex(1_234_567));
         assert_eq!(classify("00000003.wave1234567.part"), part);

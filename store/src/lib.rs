@@ -45,6 +45,7 @@ mod lock;
 mod open;
 mod pack;
 mod part;
+mod prune;
 mod read_only;
 mod record;
 mod run;
@@ -56,8 +57,8 @@ mod store;
 
 pub use check::{CheckReport, Depth, Finding, Severity};
 pub use error::{
-    CacheError, CheckError, CommitError, Damage, FrameError, IoFailure, JournalError, OpenError,
-    ReadError, RebuildError, RunError, SetBackError, SpaceError,
+    CacheError, CheckError, CommitError, Damage, DeleteError, FrameError, IoFailure, JournalError,
+    OpenError, PruneError, ReadError, RebuildError, RunError, SetBackError, SpaceError,
 };
 pub use format::VERSION as FORMAT_VERSION;
 pub use frame::{Encoding, Frame, FrameId, Role};

@@ -80,7 +80,7 @@ fn sweep_temporaries(layout: &Layout, report: &mut Vec<Finding>) -> Result<(), I
     }
     for dir in layout.unfinished_runs()? {
         fs::remove_dir_all(&dir).map_err(IoFailure::of("remove", &dir))?;
-        report.push(repaired(&dir, "removed a half-created run"));
+        report.push(repaired(&dir, "removed a half-created or half-deleted run"));
     }
     Ok(())
 }
@@ -203,11 +203,11 @@ fn report_lost_steps(layout: &Layout, steps: &StepIndexes, report: &mut Vec<Find
     let lost = steps
         .values()
         .flat_map(BTreeMap::values)
-        .filter(|s| !s.is_sound());
+        .filter(|s| s.is_lost());
     for record in lost {
         let what = match &record.health {
             step::StepHealth::Damaged(what) => what.as_str(),
-            step::StepHealth::Missing | step::StepHealth::Sound => "the step's pack is gone",
+            _ => "the step's pack is gone",
         };
         let remedy = "restore the pack from a copy, or set the run back to the step before";
         let path = layout.pack(&record.run, record.index);
@@ -234,7 +234,7 @@ fn update_database(
                 adopted += usize::from(!known);
                 known
             }
-            Change::DropStep(..) => false,
+            Change::DropStep(..) | Change::DropRun(_) => false,
         };
         if !known {
             missing.push(change);

@@ -76,8 +76,10 @@ pub(crate) trait Source {
             step: record.address(),
             path: path.clone(),
         };
-        if record.health == StepHealth::Missing {
-            return Err(missing());
+        match record.health {
+            StepHealth::Missing => return Err(missing()),
+            StepHealth::Pruned => return Err(ReadError::Pruned(record.address())),
+            StepHealth::Sound | StepHealth::Damaged(_) => {}
         }
         match StepReader::open(&path, &record.address()) {
             Err(ReadError::Io(error)) if error.is_missing() => Err(missing()),

@@ -9,6 +9,7 @@ use crate::frame::{self, FrameId, Role};
 use crate::id::{Digest, RunName, StepAddress, StepIndex};
 use crate::layout::Layout;
 use crate::pack::{PackFile, StepHeader, Trailer, stored_bytes};
+use crate::prune;
 use crate::run;
 
 /// The most steps between two packs that are taken for lost ones.
@@ -24,6 +25,8 @@ pub enum StepHealth {
     Damaged(String),
     /// It was committed, but its pack is gone.
     Missing,
+    /// Its pack was removed on purpose to save space; digest and summary are known still.
+    Pruned,
 }
 
 /// A committed step in a list.
@@ -57,6 +60,11 @@ impl StepRecord {
         self.health == StepHealth::Sound
     }
 
+    /// Whether it cannot be read and nobody wanted that.
+    pub fn is_lost(&self) -> bool {
+        matches!(self.health, StepHealth::Damaged(_) | StepHealth::Missing)
+    }
+
     fn lost(address: &StepAddress, row: Option<&StepRow>, health: StepHealth) -> Self {
         Self {
             index: address.step,
@@ -76,9 +84,18 @@ pub(crate) fn inspect(layout: &Layout, address: &StepAddress, row: Option<&StepR
     let path = layout.pack(&address.run, address.step);
     match look(&path, address, row) {
         Ok(record) => record,
-        Err(ReadError::Io(error)) if error.is_missing() => {
-            StepRecord::lost(address, row, StepHealth::Missing)
-        }
+        Err(ReadError::Io(error)) if error.is_missing() => match prune::read(layout, address) {
+            Ok(Some(stub)) => StepRecord {
+                index: address.step,
+                run: address.run.clone(),
+                digest: Some(stub.digest),
+                bytes: 0,
+                summary: stub.summary.into_vec(),
+                health: StepHealth::Pruned,
+            },
+            Ok(None) => StepRecord::lost(address, row, StepHealth::Missing),
+            Err(error) => StepRecord::lost(address, row, StepHealth::Damaged(error.to_string())),
+        },
         Err(error) => {
             let mut record = StepRecord::lost(address, row, StepHealth::Damaged(error.to_string()));
             record.bytes = stored_bytes(&path);

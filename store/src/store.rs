@@ -328,7 +328,7 @@ impl Store {
         let report = RebuildReport {
             runs: found.len(),
             steps: all().filter(|step| step.is_sound()).count(),
-            lost: all().filter(|step| !step.is_sound()).count(),
+            lost: all().filter(|step| step.is_lost()).count(),
         };
         *steps = found;
         Ok(report)
@@ -357,7 +357,7 @@ fn steps_known(steps: &StepIndexes) -> BTreeMap<RunName, BTreeMap<StepIndex, Ste
         own.values()
             .filter_map(|record| match put_step(record)? {
                 Change::PutStep(_, step, row) => Some((step, row)),
-                Change::PutRun(..) | Change::DropStep(..) => None,
+                Change::PutRun(..) | Change::DropStep(..) | Change::DropRun(_) => None,
             })
             .collect()
     };
@@ -389,6 +389,10 @@ fn predecessor(
         (StepHealth::Damaged(what), _) => Err(JournalError::PredecessorDamaged {
             step: last.address(),
             what: what.clone(),
+        }),
+        (StepHealth::Pruned, _) => Err(JournalError::PredecessorDamaged {
+            step: last.address(),
+            what: "it was pruned".to_owned(),
         }),
         (StepHealth::Missing | StepHealth::Sound, _) => Err(JournalError::PredecessorDamaged {
             step: last.address(),

@@ -384,3 +384,120 @@ fn what_would_change_the_past_is_refused_with_the_reason_and_nothing_is_made() {
     let runs = json(&place.run(["runs", "--json"]).success());
     assert_eq!(runs["runs"].as_array().unwrap().len(), 1, "{runs}");
 }
+
+#[test]
+fn a_plan_names_what_is_shared_what_is_computed_and_why_and_writes_nothing() {
+    let place = submitted(&inputs::biaxial("parent", 40, 3));
+    let other = inputs::biaxial("parent", 40, 4).replace("seed: 7", "seed: 8");
+    let other = place.write("other.yaml", &other);
+    let before = files(&place, "parent");
+    let plan = |command: &[&str]| {
+        let text = place.run(["plan"].iter().chain(command)).success().out;
+        let data = json(
+            &place
+                .run(["plan", "--json"].iter().chain(command))
+                .success(),
+        );
+        (text, data["runs"][0].clone())
+    };
+    let (text, data) = plan(&[
+        "branch",
+        "parent@1",
+        "--ramp",
+        "shortening=0",
+        "--steps",
+        "5",
+    ]);
+    assert_eq!(
+        (
+            data["reused"]["steps"].as_u64(),
+            data["increments"].as_f64()
+        ),
+        (Some(2), Some(5.0))
+    );
+    assert!(
+        text.contains("(line 14 of the input) →") && text.contains("(--ramp)"),
+        "{text}"
+    );
+    assert!(data["cpu_s"].as_f64().unwrap() > 0.0 && data["bytes"].as_f64().unwrap() > 0.0);
+    let (_, data) = plan(&["rerun", "parent@2"]);
+    assert_eq!(
+        (
+            data["increments"].as_f64(),
+            data["changes"].as_array().unwrap().len()
+        ),
+        (Some(1.0), 0)
+    );
+    let (text, data) = plan(&["submit", other.to_str().unwrap()]);
+    assert_eq!(data["increments"].as_f64(), Some(4.0));
+    let seed = "materials.sand.rev.seed: 7 (line 5 of the input) → 8 (line 5 of the input)";
+    assert!(
+        text.contains(seed) && text.contains("programme: "),
+        "{text}"
+    );
+    assert_eq!(data["reused"]["packings"], serde_json::json!([3, 0]));
+    let (text, data) = plan(&["resume", "parent"]);
+    assert!(
+        data["increments"].as_f64() == Some(0.0) && text.contains("nothing"),
+        "{text}"
+    );
+    place
+        .run(["plan", "branch", "parent@9", "--hold", "--steps", "1"])
+        .ended_with(2);
+    assert_eq!(files(&place, "parent"), before);
+    assert_eq!(
+        json(&place.run(["runs", "--json"]).success())["runs"]
+            .as_array()
+            .unwrap()
+            .len(),
+        1
+    );
+}
+
+#[test]
+fn pruning_and_deleting_leave_what_other_runs_stand_on() {
+    let place = submitted(&inputs::biaxial("parent", 40, 5));
+    let calm = of(&place, "parent");
+    place
+        .run(["branch", "parent@2", "--name", "child", "--prepare-only"])
+        .success();
+    place.run(["delete", "parent"]).ended_with(2);
+    let dry = place
+        .run(["prune", "parent", "--keep-last", "1", "--dry-run"])
+        .success()
+        .out;
+    assert!(dry.contains("1, 3 to 4"), "{dry}");
+    assert_eq!(of(&place, "parent"), calm);
+    place
+        .run(["note", "parent", "the one with the band"])
+        .success();
+    place.run(["prune", "parent", "--keep-last", "1"]).success();
+    place.run(["store", "check", "--deep"]).success();
+    let show = place.run(["show", "parent"]).success().out;
+    assert!(
+        show.contains("the one with the band") && show.contains("pruned"),
+        "{show}"
+    );
+    place.run(["show", "parent@1"]).ended_with(3);
+    place.run(["export", "parent"]).success();
+    // The child goes on from the step that was kept for it, to the same bits; so does a rerun.
+    place.run(["resume", "child"]).success();
+    let digest = |run: &str| json(&place.run(["show", run, "--json"]).success())["digest"].clone();
+    assert_eq!(digest("child"), digest("parent"));
+    place.run(["rerun", "parent@4"]).ended_with(3);
+    place
+        .run(["rerun", "parent@2", "--name", "again"])
+        .success();
+    assert_eq!(digest("again"), digest("parent"));
+    for run in ["again", "child", "parent"] {
+        place.run(["delete", run]).success();
+    }
+    assert!(!place.store().join("packs/parent").exists());
+    assert!(
+        place
+            .run(["log", "parent"])
+            .ended_with(2)
+            .err
+            .contains("no runs")
+    );
+}

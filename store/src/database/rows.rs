@@ -48,6 +48,7 @@ pub(crate) enum Change {
     PutRun(RunName, RunRow),
     PutStep(RunName, StepIndex, StepRow),
     DropStep(RunName, StepIndex),
+    DropRun(RunName),
 }
 
 impl Change {
@@ -57,6 +58,7 @@ impl Change {
             Self::PutRun(run, row) => (run_key(run), Some(to_value(row))),
             Self::PutStep(run, step, row) => (step_key(run, *step), Some(to_value(row))),
             Self::DropStep(run, step) => (step_key(run, *step), None),
+            Self::DropRun(run) => (run_key(run), None),
         }
     }
 }

@@ -7,7 +7,7 @@ use clap::{Args, Parser, Subcommand};
 
 use super::display::Format;
 use super::verbs::{
-    bench, branch, completions, export, plan, resume, rev, show, status, store, submit,
+    bench, branch, completions, export, keeping, plan, resume, rev, show, status, store, submit,
 };
 
 const EXIT_CODES: &str = "\
@@ -107,6 +107,17 @@ pub enum Verb {
     ///
     /// Works while another process computes it. `--json` has everything, step by step.
     Show(show::Args),
+    /// Tell what happened to a run: sessions, load steps, cuts, notes.
+    Log(keeping::RunArgs),
+    /// Write a note on a run, also while it is computed.
+    Note(keeping::NoteArgs),
+    /// Give the space of load steps back that are not needed any more.
+    ///
+    /// Their figures stay. The first and the last load step of the run always stay, and so do those that other runs take
+    /// up: whatever is kept can be resumed, branched off and rerun.
+    Prune(keeping::PruneArgs),
+    /// Delete a run and give its space back. A run that others take up is refused.
+    Delete(keeping::RunArgs),
     /// Say where a run that another process computes has got to.
     ///
     /// Reads files only, so that it works while the store is in use, and disturbs nobody.

@@ -39,6 +39,8 @@ pub struct Whereabouts {
     pub step: Option<RunningStep>,
     /// How the session ended, where it has: state and note.
     pub ended: Option<(String, String)>,
+    /// What users noted, over all sessions.
+    pub notes: Vec<String>,
     /// Increments done and when: at the beginning of the session, and after each commit.
     reached: Vec<(f64, f64)>,
 }
@@ -82,13 +84,26 @@ pub fn read(path: &Path) -> Whereabouts {
     place
 }
 
+/// The events of the log at `path`: when (seconds since 1970), which, and what it says.
+pub fn list(path: &Path) -> Vec<(f64, String, Value)> {
+    let bytes = std::fs::read(path).unwrap_or_default();
+    let lines = bytes.split(|&byte| byte == b'\n');
+    lines
+        .filter_map(|line| serde_json::from_slice::<Event>(line).ok())
+        .map(|event| (event.at, event.event, event.data))
+        .collect()
+}
+
 impl Whereabouts {
     fn follow(&mut self, event: &Event) {
         let data = &event.data;
         let whole = |key: &str| data[key].as_u64();
         let real = |key: &str| data[key].as_f64();
         let text = |key: &str| data[key].as_str().unwrap_or_default().to_owned();
-        self.last = event.at;
+        if event.event != "note" {
+            // A note is a sign of its writer's life, not of the run's.
+            self.last = event.at;
+        }
         match event.event.as_str() {
             "session" => {
                 let done = real("done").unwrap_or(0.0);
@@ -102,6 +117,7 @@ impl Whereabouts {
                     begun: event.at,
                     last: event.at,
                     of: whole("of").unwrap_or(0),
+                    notes: std::mem::take(&mut self.notes),
                     reached: vec![(event.at, done)],
                     ..Self::default()
                 };
@@ -154,6 +170,7 @@ impl Whereabouts {
                 self.reached.push((event.at, increment - 1.0 + position));
                 self.step = None;
             }
+            "note" => self.notes.push(text("text")),
             "ended" => self.ended = Some((text("state"), text("note"))),
             _ => {}
         }

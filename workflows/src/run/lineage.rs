@@ -40,6 +40,9 @@ pub fn in_words(view: &View, run: &RunView) -> String {
             ));
         }
     }
+    for note in &run.place.notes {
+        text.push_str(&format!("  note       {note}\n"));
+    }
     let children = children(view, run);
     if !children.is_empty() {
         let list: Vec<String> = children

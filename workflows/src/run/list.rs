@@ -1,5 +1,7 @@
 //! The table of the runs of a store.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 use serde_json::json;
 use store::RunName;
@@ -21,10 +23,16 @@ struct Line {
     done: f64,
     of: u64,
     stage: String,
+    /// Names and values of the loads at the last step.
+    loads: BTreeMap<String, f64>,
+    kind: Option<&'static str>,
     bytes: u64,
     cpu_s: f64,
     created: u64,
     note: String,
+    /// Whether the note is a user's.
+    #[serde(skip)]
+    noted: bool,
     /// Depth in the tree of branches.
     #[serde(skip)]
     depth: usize,
@@ -78,10 +86,26 @@ impl Line {
                 .last()
                 .map(|step| step.summary.stage.clone())
                 .unwrap_or_default(),
+            loads: run
+                .last()
+                .map(|step| {
+                    let names = run.manifest.problem.loads.iter().cloned();
+                    names.zip(step.summary.loads.iter().copied()).collect()
+                })
+                .unwrap_or_default(),
+            kind: run
+                .manifest
+                .descent
+                .as_ref()
+                .map(|descent| descent.kind.word()),
             bytes: run.bytes(),
             cpu_s: run.own_cpu_s(),
             created: run.record.created,
-            note: run.record.note.clone(),
+            note: match run.place.notes.last() {
+                Some(note) => note.clone(),
+                None => run.record.note.clone(),
+            },
+            noted: !run.place.notes.is_empty(),
             depth: 0,
             phrase: run.standing.phrase(),
         }
@@ -128,6 +152,7 @@ fn table(lines: &[Line]) -> Table {
         ("steps", Right),
         ("done", Right),
         ("stage", Left),
+        ("loads", Left),
         ("size", Right),
         ("CPU", Right),
         ("created (UTC)", Left),
@@ -145,11 +170,12 @@ fn table(lines: &[Line]) -> Table {
             line.steps.to_string(),
             format!("{}/{}", increments(line.done), line.of),
             line.stage.clone(),
+            loads(&line.loads),
             text::bytes(line.bytes),
             text::duration(line.cpu_s),
             text::utc(line.created),
             // A complete run's note says what its state does.
-            if line.state == "completed" {
+            if line.state == "completed" && !line.noted {
                 String::new()
             } else {
                 short(&line.note)
@@ -157,6 +183,17 @@ fn table(lines: &[Line]) -> Table {
         ]);
     }
     table
+}
+
+/// The values of at most two loads: a table has no room for more.
+fn loads(loads: &BTreeMap<String, f64>) -> String {
+    let shown: Vec<String> = loads
+        .iter()
+        .take(2)
+        .map(|(name, value)| format!("{name} {value:.4}"))
+        .collect();
+    let more = if loads.len() > 2 { ", …" } else { "" };
+    format!("{}{more}", shown.join(", "))
 }
 
 /// `12`, or `12.25` within an increment that was cut.
@@ -206,10 +243,13 @@ mod tests {
             done: 1.0,
             of: 1,
             stage: String::new(),
+            loads: BTreeMap::new(),
+            kind: None,
             bytes: 0,
             cpu_s: 0.0,
             created: 0,
             note: String::new(),
+            noted: false,
             depth: 0,
             phrase: "completed",
         }

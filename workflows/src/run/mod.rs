@@ -14,6 +14,7 @@ mod export;
 mod failed_task;
 mod forecast;
 mod frames;
+mod keeping;
 mod lineage;
 mod list;
 mod load;
@@ -46,6 +47,7 @@ use std::path::{Path, PathBuf};
 use store::{RunState, Store};
 
 pub use self::branch::{Computing, Wish};
+pub use self::keeping::{Doing, Keep};
 use self::open::{explain, no_such_run, open, open_existing, store_name};
 pub use self::plan::Intent;
 use crate::address::{RevAddress, RunAddress, RunName};
@@ -145,6 +147,31 @@ impl Context<'_> {
 /// Lists the runs of the store.
 pub fn runs(context: &Context<'_>) -> Result<Report, Failure> {
     list::runs(context)
+}
+
+/// Removes the packs of steps of a run that are not to be kept.
+pub fn prune(
+    context: &Context<'_>,
+    run: &RunName,
+    keep: Keep,
+    doing: Doing,
+) -> Result<Report, Failure> {
+    keeping::prune(context, run, keep, doing)
+}
+
+/// Deletes a run that no other one takes up.
+pub fn delete(context: &Context<'_>, run: &RunName) -> Result<Report, Failure> {
+    keeping::delete(context, run)
+}
+
+/// Writes a note into the log of a run.
+pub fn note(context: &Context<'_>, run: &RunName, words: &str) -> Result<Report, Failure> {
+    keeping::note(context, run, words)
+}
+
+/// Reports what happened to a run.
+pub fn log(context: &Context<'_>, run: &RunName) -> Result<Report, Failure> {
+    keeping::log(context, run)
 }
 
 /// Reports on a run, or on one of its steps.

@@ -53,6 +53,8 @@ struct Forecast {
     changes: Vec<Change>,
     /// Why there is something to compute, where it is not for the changes alone.
     because: Vec<String>,
+    /// What would cost less.
+    advice: Vec<String>,
     /// CPU seconds.
     cpu_s: Option<f64>,
     /// Wall seconds on the threads of this call.
@@ -136,6 +138,7 @@ impl Forecast {
             increments,
             changes: Vec::new(),
             because: Vec::new(),
+            advice: Vec::new(),
             cpu_s: None,
             time_s: None,
             bytes: 0.0,
@@ -190,6 +193,9 @@ impl Forecast {
         for change in &self.changes {
             let _ = writeln!(out, "{label}  {}", in_words(change));
             label = "          ";
+        }
+        for advice in &self.advice {
+            let _ = writeln!(out, "  instead   {advice}");
         }
         if self.increments > 0.0 {
             let time = match (self.time_s, self.cpu_s) {
@@ -424,28 +430,26 @@ fn explain_by_nearest(plan: &mut Forecast, problem: &Problem, runs: &[RunView]) 
     }
     let name = run.name();
     if changes.is_empty() {
-        let advice = match run.standing {
+        plan.because.push(format!(
+            "the input is that of `{name}`, but a new run is asked for"
+        ));
+        plan.advice.push(match run.standing {
             Standing::Completed => format!("`femdem-flow show {name}` has its results"),
             _ => format!("`femdem-flow resume {name}` goes on with it"),
-        };
-        plan.because.push(format!(
-            "`{name}` is this very input: {advice}; submitting computes it all again"
-        ));
+        });
         return;
     }
     plan.because.push(format!(
-        "it is not `{name}`, of which {} load steps are there; different are:",
-        run.last_index()
+        "it differs from `{name}`, the run most like it, in:"
     ));
     let future = |change: &Change| {
-        ["programme", "solver.", "output."]
-            .iter()
-            .any(|key| change.key.starts_with(key))
+        let keys = ["programme", "solver.", "output."];
+        keys.iter().any(|key| change.key.starts_with(key))
     };
-    if changes.iter().all(future) {
-        let last = shared_steps(problem, run);
-        plan.because.push(format!(
-            "all of it could follow a load step of `{name}`: `femdem-flow branch {name}@{last} …` reuses {last} load steps"
+    let shared = shared_steps(problem, run);
+    if changes.iter().all(future) && shared > 0 {
+        plan.advice.push(format!(
+            "`femdem-flow branch {name}@{shared} …` takes up `{name}`, whose first {shared} load steps have the same loads"
         ));
     }
     plan.changes = changes;
@@ -454,7 +458,7 @@ fn explain_by_nearest(plan: &mut Forecast, problem: &Problem, runs: &[RunView]) 
 /// The most differences that are listed; two inputs with more have little in common.
 const MOST_CHANGES: usize = 12;
 
-/// The last load step of `run` up to which the programme of `problem` takes the same load values.
+/// The last load step of `run` up to which the programme of `problem` takes the same load values, to rounding.
 fn shared_steps(problem: &Problem, run: &RunView) -> u32 {
     let (ours, theirs) = (
         problem.programme.steps(),

@@ -59,6 +59,7 @@ pub struct StepLine {
     digest: Option<String>,
     bytes: u64,
     damage: Option<String>,
+    pruned: bool,
 }
 
 impl StepLine {
@@ -83,6 +84,7 @@ impl StepLine {
             digest: record.digest.map(|digest| digest.to_string()),
             bytes: record.bytes,
             damage: damage(step),
+            pruned: record.health == store::StepHealth::Pruned,
         }
     }
 }
@@ -93,6 +95,7 @@ pub fn damage(step: &StepView) -> Option<String> {
         store::StepHealth::Sound => None,
         store::StepHealth::Damaged(what) => Some(what.clone()),
         store::StepHealth::Missing => Some("its pack is gone".to_owned()),
+        store::StepHealth::Pruned => None,
     }
 }
 
@@ -360,6 +363,7 @@ fn steps(run: &RunView) -> String {
         let per_solve = revs.cycles as f64 / revs.solves.max(1) as f64;
         let mark = match damage(step) {
             Some(what) => format!("damaged: {what}"),
+            None if step.record.health == store::StepHealth::Pruned => "pruned".to_owned(),
             None if summary.loosely_accepted => "loose".to_owned(),
             None => String::new(),
         };

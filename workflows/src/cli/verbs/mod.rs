@@ -4,6 +4,7 @@ pub mod bench;
 pub mod branch;
 pub mod completions;
 pub mod export;
+pub mod keeping;
 pub mod plan;
 pub mod resume;
 pub mod rev;
@@ -26,6 +27,10 @@ pub fn perform(verb: &Verb, context: &Context<'_>) -> Result<Report, Failure> {
         Verb::Branch(args) => branch::perform(args, context),
         Verb::Rerun(args) => branch::perform_rerun(args, context),
         Verb::Plan(verb) => plan::perform(verb, context),
+        Verb::Prune(args) => keeping::prune(args, context),
+        Verb::Delete(args) => keeping::delete(args, context),
+        Verb::Note(args) => keeping::note(args, context),
+        Verb::Log(args) => keeping::log(args, context),
         Verb::Runs => run::runs(context),
         Verb::Show(args) => show::perform(args, context),
         Verb::Status(args) => status::perform(args, context),

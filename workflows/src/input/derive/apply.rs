@@ -38,7 +38,12 @@ pub fn apply(
     }
     let before = catalogue(junction.problem, junction.earlier);
     let now = catalogue(&problem, junction.earlier);
-    let place = |key: &str| said_in(key, layers);
+    // A law that changes without being named follows one that is.
+    let follows = |key: &str| {
+        key.starts_with("materials.")
+            .then(|| "by its `like`".to_owned())
+    };
+    let place = |key: &str| said_in(key, layers).or_else(|| follows(key));
     let mut changes = differences(&before, &now, place);
     // A later programme begins with the values that the loads have: nobody has changed them.
     changes.retain(|change| !change.key.starts_with("loads."));
