@@ -158,11 +158,8 @@ fn table(lines: &[Line]) -> Table {
         ("created (UTC)", Left),
         ("note", Left),
     ]);
-    for line in lines {
-        let branch = match line.depth {
-            0 => String::new(),
-            depth => format!("{}└ ", "  ".repeat(depth - 1)),
-        };
+    for (index, line) in lines.iter().enumerate() {
+        let branch = twigs(&lines[index..]);
         table.row([
             format!("{branch}{}", line.name),
             line.parent.clone().unwrap_or_default(),
@@ -183,6 +180,26 @@ fn table(lines: &[Line]) -> Table {
         ]);
     }
     table
+}
+
+/// What stands before the name of the first of `lines`: how it hangs in the tree.
+fn twigs(lines: &[Line]) -> String {
+    let Some((line, below)) = lines.split_first() else {
+        return String::new();
+    };
+    // Whether another twig of this depth comes before the bough itself ends.
+    let goes_on = |depth: usize| {
+        let next = below.iter().find(|other| other.depth <= depth);
+        next.is_some_and(|other| other.depth == depth)
+    };
+    (1..=line.depth)
+        .map(|depth| match (depth == line.depth, goes_on(depth)) {
+            (true, true) => "├ ",
+            (true, false) => "└ ",
+            (false, true) => "│ ",
+            (false, false) => "  ",
+        })
+        .collect()
 }
 
 /// The values of at most two loads: a table has no room for more.
@@ -261,22 +278,27 @@ mod tests {
             line("a", None),
             line("a-2", Some("a@3")),
             line("a-2-2", Some("a-2@5")),
+            line("a-3", Some("a@1")),
             line("b", Some("gone@1")),
             line("c", Some("d@1")),
             line("d", Some("c@1")),
         ];
-        let tree: Vec<_> = as_tree(lines)
-            .into_iter()
-            .map(|line| (line.name, line.depth))
+        let lines = as_tree(lines);
+        let tree: Vec<_> = lines
+            .iter()
+            .map(|line| (line.name.clone(), line.depth))
             .collect();
         let expected = [
             ("a", 0),
             ("a-2", 1),
             ("a-2-2", 2),
+            ("a-3", 1),
             ("b", 0),
             ("c", 0),
             ("d", 0),
         ];
+        let drawn: Vec<_> = (0..lines.len()).map(|from| twigs(&lines[from..])).collect();
+        assert_eq!(drawn, ["", "├ ", "│ └ ", "└ ", "", "", ""]);
         assert_eq!(tree, expected.map(|(name, depth)| (name.to_owned(), depth)));
     }
 }

@@ -111,6 +111,7 @@ fn lay_over(
         fields.remove("required");
     }
     let unknown = check::check(&schema, &mut report);
+    let mut refused = Vec::new();
     let mut reader = Reader {
         report: &mut report,
         unknown: &unknown,
@@ -141,14 +142,23 @@ fn lay_over(
                 }
             }
             ("materials", Scope::Rerun) => laws::apply(&mut reader, problem),
-            _ => refuse(&mut reader, &path, junction.address, scope),
+            _ => {
+                refuse(&mut reader, &path, junction.address, scope);
+                refused.push(key);
+            }
         }
     }
     if report.is_clean() {
-        Ok(name)
-    } else {
-        Err(layer.refuse(report.into_errors()))
+        return Ok(name);
     }
+    let mut errors = report.into_errors();
+    // What stands inside a key that is refused does not matter any more.
+    let inside = |path: &str, key: &String| {
+        let rest = path.strip_prefix(key.as_str());
+        rest.is_some_and(|rest| rest.starts_with(['.', '[']))
+    };
+    errors.retain(|error| !refused.iter().any(|key| inside(&error.path, key)));
+    Err(layer.refuse(errors))
 }
 
 /// Why a key of the input is none that may change here.

@@ -1,0 +1,42 @@
+"""The picture of docs/restarts.md, from exports of the runs: python restarts.py FOLDER (needs matplotlib).
+
+FOLDER holds the folders that `femdem-flow export` wrote for `cycles` and its branches.
+"""
+
+import csv
+import os
+import sys
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+
+RUNS = [
+    ("cycles", "black", "the specimen"),
+    ("cycles-unload", "tab:blue", "unloaded and reloaded"),
+    ("cycles-small", "tab:orange", "small cycles"),
+    ("cycles-extension", "tab:green", "extension and back"),
+]
+
+
+def curve(run):
+    with open(os.path.join(sys.argv[1], run, "curves.csv")) as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    column = lambda name: np.array([float(row[name]) for row in rows])
+    return -column("load_shortening") / 2 * 100, -column("fy_top"), column("volume_strain") * 100
+
+
+figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4.2), constrained_layout=True)
+for run, colour, label in RUNS:
+    strain, stress, volume = curve(run)
+    # A branch has its parent's steps in front of its own: draw them once.
+    begin = 0 if run == "cycles" else 10
+    left.plot(strain[begin:], stress[begin:], ".-", color=colour, label=label)
+    right.plot(strain[begin:], volume[begin:], ".-", color=colour)
+left.plot(strain[10], stress[10], "o", color="tab:red", ms=8, mfc="none", label="cycles@10")
+left.set(xlabel="axial strain (%)", ylabel="σ₁/σ₂")
+left.legend(frameon=False)
+right.set(xlabel="axial strain (%)", ylabel="volume strain (%), dilation positive")
+figure.savefig(os.path.join(os.path.dirname(os.path.abspath(__file__)), "restarts.png"), dpi=110)
