@@ -93,6 +93,32 @@ fn a_branch_with_nothing_changed_is_its_parent_bit_for_bit_from_every_step() {
 }
 
 #[test]
+fn an_element_test_branches_like_a_body() {
+    let input = "name: parent\nelement_test: { path: biaxial }\nmaterials: { sand: { rev: { grains: 30 } } }\n\
+                 programme: [ { name: load, ramp: { axial: -0.002 }, steps: 4 } ]\n";
+    let place = submitted(input);
+    place
+        .run(["branch", "parent@2", "--name", "same"])
+        .success();
+    assert_eq!(of(&place, "same"), of(&place, "parent"));
+    place
+        .run([
+            "branch", "parent@2", "--ramp", "axial=0", "--steps", "2", "--name", "back",
+        ])
+        .success();
+    let (parent, back) = (
+        history::element_test(&place.store(), "parent"),
+        history::element_test(&place.store(), "back"),
+    );
+    assert_eq!(back[..3], parent[..3]);
+    assert_eq!(back[4].gradient[1][1], 1.0);
+    assert!(
+        back[3].stress[1][1] > parent[2].stress[1][1],
+        "unloading does not unload"
+    );
+}
+
+#[test]
 fn a_branch_begins_with_the_loads_of_its_step_also_in_the_middle_of_an_increment() {
     let place = submitted(&parent());
     let parent = loads(&place, "parent");

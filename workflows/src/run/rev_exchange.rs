@@ -127,7 +127,8 @@ pub fn export(context: &Context<'_>, rev: &RevAddress, into: &Path) -> Result<Re
     let run = view.run(&rev.run)?;
     let step = run.step(rev.step)?;
     let index = step.record.index;
-    let states = load::states(&view.store, run.name(), index)
+    // Under the laws of the run that committed it: one that takes the step up may have others.
+    let states = load::states(&view.store, &step.record.run, index)
         .map_err(|error| explain(&format!("read {}@{index}", run.name()), error))?;
     let problem = &run.manifest.problem;
     let per_element = match problem.model {
