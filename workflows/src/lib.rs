@@ -5,7 +5,7 @@
 //! - [`input`]: YAML to a checked [`input::Problem`], or everything that is wrong with it;
 //! - [`address`]: `hollow@12:e46.2`, the names of runs, steps and REVs;
 //! - [`output`]: files that other programs read (VTU, PVD, CSV);
-//! - [`bench`]: what a REV costs on this machine;
+//! - [`mod@bench`]: what a REV costs on this machine;
 //! - [`cli`]: the command `femdem-flow`;
 //! - [`run`]: what the verbs of the command line do.
 

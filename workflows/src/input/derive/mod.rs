@@ -4,9 +4,9 @@
 //! else; a [`Scope::Rerun`] keeps the programme and may besides replace contact laws and elastic constants, which
 //! makes it a new start from the states of the step. What is refused is refused with the reason.
 //!
-//! 1. [`layer`]: a file, `--programme` and `--set` become trees with positions, as the input does;
-//! 2. [`sweep`]: lists and branches files become alternatives;
-//! 3. [`apply`]: each is held against the schema of the input, against the scope, and laid over the parent's problem.
+//! 1. `layer`: a file, `--programme` and `--set` become trees with positions, as the input does;
+//! 2. `sweep`: lists and branches files become alternatives;
+//! 3. `apply`: each is held against the schema of the input, against the scope, and laid over the parent's problem.
 
 mod apply;
 mod catalogue;
