@@ -5,7 +5,8 @@
 //!
 //! - [`respond`]: `(base, start, F) → state, stress, tangent, report`, what a Gauss point asks for;
 //! - [`drive`]: the same under mixed stress/strain control, for element tests;
-//! - [`prepare()`]: a packing from its recipe and seed.
+//! - [`prepare()`]: a packing from its recipe and seed;
+//! - [`anatomy()`]: what every contact and grain of a state carries.
 //!
 //! Conventions: tension positive for stresses and strains, repulsion positive for contact forces,
 //! the columns of the cell matrix are the cell vectors, a step deforms the cell by `H ← F·H`.
@@ -16,6 +17,7 @@
 // Results must not depend on the system's mathematics; see clippy.toml.
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
+pub mod anatomy;
 pub mod cell;
 pub mod contact;
 mod drive;
@@ -34,6 +36,7 @@ pub mod settings;
 pub mod tensor;
 pub mod wire;
 
+pub use anatomy::{Anatomy, anatomy};
 pub use cell::Cell;
 pub use contact::ContactLaw;
 pub use drive::{Component, Control, drive};

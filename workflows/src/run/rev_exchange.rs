@@ -3,15 +3,11 @@
 use std::path::Path;
 
 use serde_json::{Value, json};
-use solver_dem::{LossOfConfinement, Settings, exchange::PackingRecord, respond, settle, tensor};
-
-use super::{
-    Context, load,
-    open::explain,
-    packings::read_record,
-    point::{PlaneRev, PointState},
-    view::View,
+use solver_dem::{
+    LossOfConfinement, Settings, anatomy, exchange::PackingRecord, respond, settle, tensor,
 };
+
+use super::{Context, load, open::explain, packings::read_record, point::PointState, view::View};
 use crate::{
     address::RevAddress,
     failure::{Failure, FailureKind},
@@ -26,9 +22,11 @@ pub fn import(path: &Path) -> Result<Report, Failure> {
     let failed = |error| explain("import the packing", error);
     let name = path.display().to_string();
     let (record, rev) = read_record(&name).map_err(failed)?;
+    // Without a list of contacts the tangential forces are not known, and the residual would mean nothing.
     let unbalance = (!record.contacts_list.is_empty())
-        .then(|| unbalance(&rev))
-        .flatten();
+        .then(|| anatomy(&rev).ok())
+        .flatten()
+        .map(|anatomy| anatomy.residual);
     let settings = Settings {
         loss_of_confinement: LossOfConfinement::Allow,
         ..Settings::default()
@@ -91,34 +89,6 @@ pub fn import(path: &Path) -> Result<Report, Failure> {
         "settled": settled,
     });
     Ok(Report::new(text, &data))
-}
-
-/// max_i ‖Σ_c f_c‖ over the mean of ‖f_c‖, with the force of grain j on grain i
-/// f = −f_n n + f_t t, n from i to j and t = (−n_y, n_x). `None` without any force.
-fn unbalance(rev: &PlaneRev) -> Option<f64> {
-    let record = PackingRecord::from_rev(rev, 1.0);
-    let mut resultant = vec![[0.0; 2]; record.bodies.len()];
-    let mut total = 0.0;
-    for contact in &record.contacts_list {
-        let &[i, j, _, _, _, nx, ny, normal, tangential] = contact.as_slice() else {
-            return None;
-        };
-        let force = [
-            -normal * nx - tangential * ny,
-            -normal * ny + tangential * nx,
-        ];
-        total += force[0].hypot(force[1]);
-        for k in 0..2 {
-            resultant[i as usize][k] += force[k];
-            resultant[j as usize][k] -= force[k];
-        }
-    }
-    let mean = total / record.contacts_list.len() as f64;
-    let largest = resultant
-        .iter()
-        .map(|f| f[0].hypot(f[1]))
-        .fold(0.0, f64::max);
-    (mean > 0.0).then_some(largest / mean)
 }
 
 /// Writes the packing of one REV of a committed step to the file `into`.
@@ -194,34 +164,5 @@ fn confining_stress(problem: &Problem, element: usize) -> f64 {
     {
         Some(Law::Rev(rev)) => rev.confining_stress,
         _ => 1.0,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Two grains that press on each other from one side only: the whole contact force is unbalanced.
-    #[test]
-    fn a_packing_out_of_balance_is_not_called_good() {
-        let mut record = PackingRecord {
-            units: String::new(),
-            lx: 10.0,
-            ly: 10.0,
-            shear_of_cell: [0.0; 2],
-            kn: 100.0,
-            kt: 100.0,
-            mu_shear: 0.5,
-            cohesion: 0.0,
-            sigma0: 1.0,
-            bodies: vec![[0.0, 1.0, 1.0, 0.5], [1.0, 1.9, 1.0, 0.5]],
-            contacts_list: vec![vec![0.0, 1.0]],
-        };
-        assert_eq!(unbalance(&record.to_rev().unwrap()), Some(1.0));
-        // A third one from the other side balances the middle one; the outer two stay.
-        record.bodies.push([2.0, 2.8, 1.0, 0.5]);
-        record.contacts_list.push(vec![1.0, 2.0]);
-        let both = unbalance(&record.to_rev().unwrap()).unwrap();
-        assert!((both - 1.0).abs() < 1e-12, "{both}");
     }
 }
