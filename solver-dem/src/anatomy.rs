@@ -11,7 +11,7 @@ pub use statistics::{ForceMoments, Statistics, stress_force_fabric};
 
 use crate::{
     EquilibriumError, Rev,
-    dynamics::{Assembly, Friction},
+    dynamics::{Assembly, Friction, Record},
     respond::check,
     tensor::{Tensor2, Vector, identity},
 };
@@ -83,7 +83,7 @@ pub fn anatomy(rev: &Rev<2, 1>) -> Result<Anatomy, EquilibriumError> {
     let unturned = vec![0.0; state.positions.len()];
     let mut assembly = Assembly::new(rev, state.cell, state.positions.clone(), unturned)
         .ok_or_else(|| crate::respond::too_small(rev, &state.cell, 0))?;
-    assembly.compute_forces(Friction::ReturnMapping);
+    assembly.compute_forces(Friction::ReturnMapping, Record::All);
     let contacts: Vec<ContactForce> = assembly
         .closed()
         .map(|link| {

@@ -6,6 +6,7 @@
 //! - [`address`]: `hollow@12:e46.2`, the names of runs, steps and REVs;
 //! - [`output`]: files that other programs read (VTU, PVD, CSV);
 //! - [`mod@bench`]: what a REV costs on this machine;
+//! - [`plot`]: pictures (PNG, SVG): scenes, axes, colours;
 //! - [`cli`]: the command `femdem-flow`;
 //! - [`run`]: what the verbs of the command line do.
 
@@ -16,6 +17,7 @@ pub mod failure;
 pub mod input;
 pub mod machine;
 pub mod output;
+pub mod plot;
 pub mod progress;
 pub mod report;
 pub mod run;

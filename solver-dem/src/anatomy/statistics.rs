@@ -178,20 +178,26 @@ impl Anatomy {
         if mean.is_nan() || mean <= 0.0 {
             return None;
         }
-        let central = |power: i32| share * forces().map(|f| (f - mean).powi(power)).sum::<f64>();
-        let deviation = libm::sqrt(central(2));
-        let standardised = |power: i32| {
-            if deviation > 0.0 {
-                central(power) / deviation.powi(power)
-            } else {
-                0.0
+        // ⟨(f − ⟨f⟩)²⟩ and the third and fourth powers; products, as powers are not the same bits everywhere.
+        let mut central = [0.0; 3];
+        for force in forces() {
+            let off = force - mean;
+            let square = off * off;
+            for (moment, power) in central
+                .iter_mut()
+                .zip([square, square * off, square * square])
+            {
+                *moment += share * power;
             }
-        };
+        }
+        let [variance, third, fourth] = central;
+        let deviation = variance.sqrt();
+        let over = |moment: f64, unit: f64| if unit > 0.0 { moment / unit } else { 0.0 };
         Some(ForceMoments {
             mean,
             variation: deviation / mean,
-            skewness: standardised(3),
-            kurtosis: standardised(4),
+            skewness: over(third, variance * deviation),
+            kurtosis: over(fourth, variance * variance),
             largest: forces().fold(f64::NEG_INFINITY, f64::max) / mean,
         })
     }

@@ -130,7 +130,7 @@ pub enum Verb {
     /// computed. Stress is positive in tension, strain is logarithmic and positive in extension. Works while another
     /// process computes the run.
     Export(export::Args),
-    /// Prepare, test, import and export assemblies of grains (REVs).
+    /// Prepare, test, draw, import and export assemblies of grains (REVs).
     #[command(subcommand)]
     Rev(rev::Verb),
     /// Measure what a REV costs on this machine.

@@ -18,7 +18,15 @@ use thiserror::Error;
 /// # Errors
 /// The file system's refusal; then there is no file, or still the old one.
 pub fn write_text(path: &Path, text: &str) -> Result<(), WriteError> {
-    file::write_whole(path, |out| out.write_all(text.as_bytes()))
+    write_bytes(path, text.as_bytes())
+}
+
+/// Writes `bytes` to `path`.
+///
+/// # Errors
+/// As [`write_text`].
+pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
+    file::write_whole(path, |out| out.write_all(bytes))
 }
 
 /// Why a file could not be written. Reads after "failed to write the output".

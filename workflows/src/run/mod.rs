@@ -28,7 +28,9 @@ mod point;
 mod preparing;
 mod relaw;
 mod rev_exchange;
+mod rev_of_step;
 mod rev_prepare;
+mod rev_show;
 mod rev_test;
 mod schedule;
 mod session;
@@ -37,6 +39,7 @@ mod show_step;
 mod status;
 mod store_verbs;
 mod summary;
+mod test_picture;
 pub(crate) mod text;
 mod view;
 mod work;
@@ -50,9 +53,11 @@ pub use self::branch::{Computing, Wish};
 pub use self::keeping::{Doing, Keep};
 use self::open::{explain, no_such_run, open, open_existing, store_name};
 pub use self::plan::Intent;
+pub use self::rev_show::RevSource;
 use crate::address::{RevAddress, RunAddress, RunName};
 use crate::failure::Failure;
 use crate::input::{Problem, derive::Scope};
+use crate::plot::PictureFile;
 use crate::progress::Progress;
 use crate::report::Report;
 
@@ -202,9 +207,13 @@ pub fn rev_prepare(
     rev_prepare::prepare(context, problem, material)
 }
 
-/// Runs the element test of `problem` and reports its curve, without a run in the store.
-pub fn rev_test(context: &Context<'_>, problem: &Problem) -> Result<Report, Failure> {
-    rev_test::test(context, problem)
+/// Runs the element test of `problem` and reports its curve, without a run in the store; draws it into `plot` too.
+pub fn rev_test(
+    context: &Context<'_>,
+    problem: &Problem,
+    plot: Option<&PictureFile>,
+) -> Result<Report, Failure> {
+    rev_test::test(context, problem, plot)
 }
 
 /// Reads a packing of another program, brings it to equilibrium and reports its quality.
@@ -215,6 +224,15 @@ pub fn rev_import(_context: &Context<'_>, packing: &Path) -> Result<Report, Fail
 /// Writes the packing of one REV of a committed step to the file `into`.
 pub fn rev_export(context: &Context<'_>, rev: &RevAddress, into: &Path) -> Result<Report, Failure> {
     rev_exchange::export(context, rev, into)
+}
+
+/// Draws one REV, of a committed step or of a packing file, and reports its figures.
+pub fn rev_show(
+    context: &Context<'_>,
+    source: &RevSource,
+    output: Option<&PictureFile>,
+) -> Result<Report, Failure> {
+    rev_show::show(context, source, output)
 }
 
 /// Reports on the store.

@@ -7,11 +7,10 @@ use solver_dem::{
     LossOfConfinement, Settings, anatomy, exchange::PackingRecord, respond, settle, tensor,
 };
 
-use super::{Context, load, open::explain, packings::read_record, point::PointState, view::View};
+use super::{Context, open::explain, packings::read_record, rev_of_step};
 use crate::{
     address::RevAddress,
     failure::{Failure, FailureKind},
-    input::problem::{Law, Model, Problem},
     output::write_text,
     report::Report,
 };
@@ -93,45 +92,15 @@ pub fn import(path: &Path) -> Result<Report, Failure> {
 
 /// Writes the packing of one REV of a committed step to the file `into`.
 pub fn export(context: &Context<'_>, rev: &RevAddress, into: &Path) -> Result<Report, Failure> {
-    let view = View::open(context)?;
-    let run = view.run(&rev.run)?;
-    let step = run.step(rev.step)?;
-    let index = step.record.index;
-    // Under the laws of the run that committed it: one that takes the step up may have others.
-    let states = load::states(&view.store, &step.record.run, index)
-        .map_err(|error| explain(&format!("read {}@{index}", run.name()), error))?;
-    let problem = &run.manifest.problem;
-    let per_element = match problem.model {
-        Model::Body(_) => super::show::POINTS_PER_ELEMENT as usize,
-        Model::ElementTest(_) => 1,
-    };
-    let (element, local) = (rev.place.element as usize, rev.place.point as usize);
-    let usage = |why: String| {
-        Failure::new(
-            FailureKind::Usage,
-            format!("failed to export the REV {rev}: {why}"),
-        )
-    };
-    let state = (local < per_element)
-        .then(|| states.get(element * per_element + local))
-        .flatten();
-    let Some(state) = state else {
-        let last = (states.len() / per_element).saturating_sub(1);
-        return Err(usage("it is not in the mesh".to_owned())
-            .hint(format!("its REVs are e0.0 to e{last}.{}", per_element - 1)));
-    };
-    let PointState::Rev(packing) = &**state else {
-        return Err(usage("that point is elastic, it has no grains".to_owned()));
-    };
-    let sigma0 = confining_stress(problem, element);
-    let record = PackingRecord::from_rev(packing, sigma0);
-    let text = serde_json::to_string_pretty(&record).map_err(|error| usage(error.to_string()))?;
-    write_text(into, &text).map_err(|error| {
-        Failure::new(FailureKind::Run, format!("failed to export the REV {rev}")).because(error)
-    })?;
+    let found = rev_of_step::find(context, rev)?;
+    let packing = &found.rev;
+    let failed = || Failure::new(FailureKind::Run, format!("failed to export the REV {rev}"));
+    let record = PackingRecord::from_rev(packing, found.confining_stress);
+    let text = serde_json::to_string_pretty(&record).map_err(|error| failed().because(error))?;
+    write_text(into, &text).map_err(|error| failed().because(error))?;
     let data: Value = json!({
         "rev": rev.to_string(),
-        "step": index.0,
+        "step": found.step.0,
         "file": into.display().to_string(),
         "grains": packing.grains.radii.len(),
         "contacts": packing.state.contacts.len(),
@@ -139,8 +108,9 @@ pub fn export(context: &Context<'_>, rev: &RevAddress, into: &Path) -> Result<Re
         "coordination": packing.coordination(),
     });
     let text = format!(
-        "REV {}@{index}:{} written to {}: {} grains, {} contacts, void ratio {:.5}",
-        run.name(),
+        "REV {}@{}:{} written to {}: {} grains, {} contacts, void ratio {:.5}",
+        rev.run,
+        found.step,
         rev.place,
         into.display(),
         packing.grains.radii.len(),
@@ -148,21 +118,4 @@ pub fn export(context: &Context<'_>, rev: &RevAddress, into: &Path) -> Result<Re
         packing.void_ratio()
     );
     Ok(Report::new(text, &data))
-}
-
-/// σ0 of the material of an element.
-fn confining_stress(problem: &Problem, element: usize) -> f64 {
-    let material = match &problem.model {
-        Model::ElementTest(test) => Some(test.material),
-        Model::Body(body) => super::model::Model::new(body, problem.loads.len())
-            .ok()
-            .and_then(|model| model.materials.get(element).copied()),
-    };
-    match material
-        .and_then(|k| problem.materials.get(k))
-        .map(|material| &material.law)
-    {
-        Some(Law::Rev(rev)) => rev.confining_stress,
-        _ => 1.0,
-    }
 }

@@ -9,24 +9,30 @@ use super::{
     export::test_curve,
     open::{explain, store_name},
     session::{self, SessionEnd},
+    test_picture,
     view::View,
 };
 use crate::{
     failure::{Failure, FailureKind},
     input::{Problem, problem::Model},
     output::csv::Table,
+    plot::PictureFile,
     report::Report,
 };
 
 /// Computes the element test of `problem` as `submit` would, in a store that is thrown away, and reports the curve that
-/// `export` would write.
-pub fn test(context: &Context<'_>, problem: &Problem) -> Result<Report, Failure> {
-    if !matches!(problem.model, Model::ElementTest(_)) {
+/// `export` would write; draws it into `plot` too.
+pub fn test(
+    context: &Context<'_>,
+    problem: &Problem,
+    plot: Option<&PictureFile>,
+) -> Result<Report, Failure> {
+    let Model::ElementTest(element_test) = &problem.model else {
         let what = "failed to run the element test: the input describes a body";
         return Err(Failure::new(FailureKind::Usage, what).hint(
             "`femdem-flow submit` computes bodies; an `element_test` takes the place of `mesh`",
         ));
-    }
+    };
     let failed = |error| explain("run the element test", error);
     let folder = tempfile::tempdir().map_err(|error| {
         let path = std::env::temp_dir();
@@ -58,6 +64,17 @@ pub fn test(context: &Context<'_>, problem: &Problem) -> Result<Report, Failure>
             "rows": rows(&curve),
         }),
     );
+    if let Some(file) = plot {
+        let scene = test_picture::draw(problem.name.as_str(), element_test, &curve);
+        if let Err(error) = file.write(&scene) {
+            // The curve is what took the time: it is reported all the same.
+            return Err(
+                Failure::new(FailureKind::Run, "failed to draw the element test")
+                    .because(error)
+                    .with(report),
+            );
+        }
+    }
     match end {
         SessionEnd::Completed => Ok(report),
         SessionEnd::Failed(why) => Err(Failure::new(

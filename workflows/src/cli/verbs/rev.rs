@@ -1,12 +1,13 @@
-//! `femdem-flow rev prepare|test|import|export`
+//! `femdem-flow rev prepare|test|show|import|export`
 
 use std::path::PathBuf;
 
 use crate::address::RevAddress;
 use crate::failure::Failure;
 use crate::input;
+use crate::plot::PictureFile;
 use crate::report::Report;
-use crate::run::{self, Context};
+use crate::run::{self, Context, RevSource};
 
 #[derive(Debug, clap::Subcommand)]
 pub enum Verb {
@@ -28,6 +29,22 @@ pub enum Verb {
         /// The input (YAML), with an `element_test`.
         #[arg(value_name = "FILE")]
         file: PathBuf,
+        /// Draw stress ratio and volume strain too, into this PNG or SVG.
+        #[arg(long, value_name = "PICTURE")]
+        plot: Option<PictureFile>,
+    },
+    /// Draw a REV: its grains, the forces between them, and how both are directed.
+    ///
+    /// Lines between centres carry the contact forces, as thick as the normal force is large. Contacts that slide and grains
+    /// that carry nothing are marked; images across the sides of the periodic cell are faint. The roses show how many
+    /// contacts point where and the mean normal and shear force in them, with the fitted series. `--json` has the figures.
+    Show {
+        /// A REV of a run (`hollow@12:e46.2`, `hollow@last:e0.0`), or a packing file (JSON).
+        #[arg(value_name = "WHERE")]
+        source: RevSource,
+        /// The picture, PNG or SVG by its extension; by default a PNG here, named after the REV.
+        #[arg(long, short, value_name = "FILE")]
+        output: Option<PictureFile>,
     },
     /// Read a packing of another program (JSON) and say how good it is: as it stands, at rest, and under its stress.
     ///
@@ -53,7 +70,8 @@ pub fn perform(verb: &Verb, context: &Context<'_>) -> Result<Report, Failure> {
         Verb::Prepare { file, material } => {
             run::rev_prepare(context, &input::load(file)?, material.as_deref())
         }
-        Verb::Test { file } => run::rev_test(context, &input::load(file)?),
+        Verb::Test { file, plot } => run::rev_test(context, &input::load(file)?, plot.as_ref()),
+        Verb::Show { source, output } => run::rev_show(context, source, output.as_ref()),
         Verb::Import { packing } => run::rev_import(context, packing),
         Verb::Export { rev, into } => run::rev_export(context, rev, into),
     }
