@@ -1,23 +1,21 @@
 //! Runs that take up another one at one of its load steps: branches and reruns. The steps before are shared, not
 //! copied; nothing that is committed is changed.
 
-use std::{collections::BTreeMap, num::NonZeroUsize, time::SystemTime};
+use std::{num::NonZeroUsize, time::SystemTime};
 
 use serde_json::json;
-use store::{NewRun, RunName, StepAddress, StepIndex, Store};
+use store::{NewRun, RunName, StepAddress, Store};
 
 use super::{
     Context, ended,
     error::RunError,
-    load::{self, Steps},
     manifest::{Descent, Kind, Manifest},
-    open::{explain, no_such_run, open_existing, store_name},
-    schedule::Place,
+    open::{explain, open_existing, store_name},
+    origin::{Origin, origin},
     session::{self, SessionEnd},
-    summary::StepSummary,
 };
 use crate::{
-    address::{RunAddress, StepSelector},
+    address::RunAddress,
     failure::{Failure, FailureKind},
     input::{
         Problem,
@@ -46,20 +44,6 @@ pub struct Wish {
     pub name: Option<crate::address::RunName>,
     /// Whether the new runs are computed at once.
     pub computing: Computing,
-}
-
-/// The step that is taken up, with all that a new run needs to know of its run.
-pub struct Origin {
-    /// The step, as the new run's record names it.
-    pub parent: StepAddress,
-    /// What the run is that the step is of.
-    pub manifest: Manifest,
-    /// Place in its programme.
-    pub place: Place,
-    /// Values of its loads there.
-    pub loads: Vec<f64>,
-    /// Where earlier changes of values came from.
-    pub earlier: BTreeMap<String, String>,
 }
 
 /// A run to come.
@@ -91,76 +75,6 @@ pub fn derive(context: &Context<'_>, wish: &Wish, scope: Scope) -> Result<Report
         Computing::Later => Ok(prepared(&created, &origin.parent)),
         Computing::Now => compute(context, &store, &created),
     }
-}
-
-/// The step that `at` means. Of a step before the one at which its run was taken up, the run that computed it is the
-/// owner: what follows there follows from that one's input.
-pub fn origin(store: &impl Steps, names: &[RunName], at: &RunAddress) -> Result<Origin, Failure> {
-    let mut name = store_name(&at.run)?;
-    if !names.contains(&name) {
-        return Err(no_such_run(name.as_str(), names));
-    }
-    let reading = |error: RunError| explain(&format!("read {at}"), error);
-    let record = store.run(&name).map_err(|error| reading(error.into()))?;
-    let step = match (at.step, record.last_step) {
-        (None, _) => {
-            let what = format!("failed to branch off `{name}`: the load step is missing");
-            return Err(Failure::new(FailureKind::Usage, what).hint(format!(
-                "name the step to go on from: `{name}@12`, `{name}@last`"
-            )));
-        }
-        (Some(StepSelector::Last), Some(last)) => last,
-        (Some(StepSelector::Index(index)), Some(last)) if index <= u64::from(last.0) => {
-            StepIndex(index as u32)
-        }
-        (Some(selector), last) => {
-            let what = format!("failed to find load step {selector} of run `{name}`");
-            return Err(Failure::new(FailureKind::Usage, what).hint(match last {
-                Some(last) => format!("its committed load steps are 0 to {last}"),
-                None => format!("it has none yet; `femdem-flow resume {name}` computes it"),
-            }));
-        }
-    };
-    let mut lineage = record;
-    while let Some(parent) = lineage.parent.clone().filter(|parent| step < parent.step) {
-        name = parent.run;
-        lineage = store.run(&name).map_err(|error| reading(error.into()))?;
-    }
-    let read = || -> Result<Origin, RunError> {
-        let manifest = session::manifest(&lineage.manifest)?;
-        let reader = store.step(&name, step)?;
-        let summary = reader.summary()?;
-        let summary: StepSummary = rmp_serde::from_slice(&summary)
-            .map_err(|error| RunError::Manifest(error.to_string()))?;
-        Ok(Origin {
-            place: load::place(store, &name, step)?,
-            loads: summary.loads,
-            earlier: earlier(store, &name)?,
-            parent: StepAddress {
-                run: name.clone(),
-                step,
-            },
-            manifest,
-        })
-    };
-    read().map_err(reading)
-}
-
-/// Where the values came from that `run` and its ancestors changed; the nearest change counts.
-fn earlier(store: &impl Steps, run: &RunName) -> Result<BTreeMap<String, String>, RunError> {
-    let mut places = BTreeMap::new();
-    let mut next = Some(run.clone());
-    while let Some(name) = next {
-        let record = store.run(&name)?;
-        let descent = session::manifest(&record.manifest)?.descent;
-        for change in descent.into_iter().flat_map(|descent| descent.changes) {
-            places
-                .entry(change.key)
-                .or_insert_with(|| format!("{} of `{name}`", change.to_place));
-        }
-        next = record.parent.map(|parent| parent.run);
-    }
-    Ok(places)
 }
 
 /// The runs that are asked for, each with its name and its record.

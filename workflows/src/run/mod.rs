@@ -22,6 +22,7 @@ mod manifest;
 mod model;
 mod notes;
 mod open;
+mod origin;
 mod packings;
 mod plan;
 mod point;

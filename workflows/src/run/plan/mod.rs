@@ -10,11 +10,12 @@ use serde_json::json;
 
 use super::{
     Context, Wish,
-    branch::{self, Origin, Planned},
+    branch::{self, Planned},
     forecast::{self, Pace},
     list,
     manifest::Kind,
     open::{explain, store_name},
+    origin::{self, Origin},
     packings, text,
     view::{RunView, Standing, View},
 };
@@ -303,7 +304,7 @@ fn reused(run: &RunView, last: u32, of: String) -> Reused {
 fn derived(context: &Context<'_>, wish: &Wish, scope: Scope) -> Result<Vec<Forecast>, Failure> {
     let view = View::open(context)?;
     let names = view.names()?;
-    let origin = branch::origin(&view.store, &names, &wish.at)?;
+    let origin = origin::origin(&view.store, &names, &wish.at)?;
     let planned = branch::planned(&origin, wish, scope, context.threads())?;
     let parent = view
         .read(&origin.parent.run)
