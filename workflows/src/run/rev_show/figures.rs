@@ -1,6 +1,8 @@
 //! The figures of a REV, in the picture and as text.
 
-use super::{Subject, rose::angle};
+use solver_dem::anatomy::Anisotropy;
+
+use super::{Subject, rose};
 use crate::plot::{Anchor, Paint, Scene, Text, minus, palette::HAIRLINE};
 
 /// Height of the letters and of a line.
@@ -12,12 +14,7 @@ fn figures(subject: &Subject) -> Vec<(&'static str, String)> {
     let (s, rev) = (&subject.statistics, &subject.rev);
     let or_dash =
         |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |value| format!("{value:.3}"));
-    let directed = |a: Option<solver_dem::anatomy::Anisotropy>| {
-        a.map_or_else(
-            || "–".to_owned(),
-            |a| format!("{:.3} at {}", a.amplitude, angle(&a)),
-        )
-    };
+    let directed = |a: Option<Anisotropy>| a.map_or_else(|| "–".to_owned(), |a| rose::directed(&a));
     vec![
         ("void ratio *e*", format!("{:.4}", rev.void_ratio())),
         ("coordination *z*", format!("{:.3}", s.coordination)),
@@ -74,8 +71,7 @@ pub fn text(subject: &Subject) -> String {
         ("shear-force anisotropy at", s.shear_anisotropy),
     ] {
         if let Some(a) = a {
-            let value = format!("{:.3} at {}", a.amplitude, angle(&a));
-            text.push_str(&format!("  {name:<36}{value}\n"));
+            text.push_str(&format!("  {name:<36}{}\n", rose::directed(&a)));
         }
     }
     text

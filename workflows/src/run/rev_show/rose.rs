@@ -194,8 +194,17 @@ impl Rose<'_> {
     }
 }
 
+/// An anisotropy as text: `0.412 at 90°`, without a direction where there is none to speak of.
+pub fn directed(a: &Anisotropy) -> String {
+    if a.amplitude < LEAST_ANISOTROPY {
+        format!("{:.3}", a.amplitude)
+    } else {
+        format!("{:.3} at {}", a.amplitude, angle(a))
+    }
+}
+
 /// The direction in degrees from x, in [0, 180); a dash where there is none to speak of.
-pub fn angle(a: &Anisotropy) -> String {
+fn angle(a: &Anisotropy) -> String {
     if a.amplitude < LEAST_ANISOTROPY {
         return "–".to_owned();
     }
