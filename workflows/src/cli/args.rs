@@ -7,7 +7,8 @@ use clap::{Args, Parser, Subcommand};
 
 use super::display::Format;
 use super::verbs::{
-    bench, branch, completions, export, keeping, plan, resume, rev, show, status, store, submit,
+    bench, branch, completions, diff, export, keeping, plan, replay, resume, rev, show, status,
+    store, submit, verify,
 };
 
 const EXIT_CODES: &str = "\
@@ -133,6 +134,23 @@ pub enum Verb {
     /// Prepare, test, draw, import and export assemblies of grains (REVs).
     #[command(subcommand)]
     Rev(rev::Verb),
+    /// Ask one REV again, alone, and compare its answer with the stored one.
+    ///
+    /// From the committed states before the load step and what each iteration asked of the REV, its last answer is
+    /// computed again. Reports the solver's figures, how the residual fell and whether state and stress have the stored
+    /// bits; exit code 1 where they do not. `--output` keeps the grains and contacts before and after. A task that failed
+    /// leaves a file in the store's folder `failed`, which is replayed in the same way.
+    Replay(replay::Args),
+    /// Prove a run: check every hash, and carry out a sample of its REV tasks again.
+    ///
+    /// Exit code 3 where a step is damaged, 1 where a REV answers with other bits than those stored. Works while another
+    /// process computes the run.
+    Verify(verify::Args),
+    /// Say where two runs part.
+    ///
+    /// Names the first load step, iteration and REV that differ and by how much; `--output` writes the mesh coloured by
+    /// the difference, for ParaView.
+    Diff(diff::Args),
     /// Measure what a REV costs on this machine.
     #[command(subcommand)]
     Bench(bench::Verb),

@@ -12,6 +12,7 @@ use solver_fem::{
 use store::{Digest, FrameId, StepJournal, WaveIndex};
 
 use super::{
+    asked::{AskedWave, AskedWaves},
     error::RunError,
     frames::{self, ANSWER, POINT},
     point::{PointAnswer, PointEnd, PointState, PointTask},
@@ -27,6 +28,9 @@ struct WaveHeader {
     place: Place,
     cuts: u32,
     solver: StepState<2>,
+    /// Empty in journals of versions that did not keep it.
+    #[serde(default)]
+    asked: AskedWaves,
 }
 
 /// How element tasks are run.
@@ -57,6 +61,8 @@ pub struct Attempt {
     pub journal: StepJournal,
     /// The wave that is out.
     wave: Wave<2>,
+    /// What it and those it builds on asked for.
+    pub asked: AskedWaves,
     /// The join at the end of the wave.
     pub join: Option<NodeId>,
     /// End states of earlier waves that are still needed.
@@ -100,6 +106,7 @@ impl Attempt {
                 start: None,
                 points: Vec::new(),
             },
+            asked: AskedWaves::default(),
             join: None,
             ends: BTreeMap::new(),
             answers: Vec::new(),
@@ -122,6 +129,7 @@ impl Attempt {
             if let Some(restored) = restore_wave(&mut journal, wave, problem, committed)? {
                 let mut attempt = Self::new(restored.solver, journal);
                 attempt.ends = restored.ends;
+                attempt.asked = restored.asked;
                 return Ok(Opened::TakenUp {
                     attempt: Box::new(attempt),
                     place: restored.place,
@@ -144,20 +152,19 @@ impl Attempt {
         policy: &TaskPolicy,
         graph: &mut GraphHandle<Job>,
     ) -> Result<(), RunError> {
+        let live_waves = self.solver.live_waves();
+        self.asked
+            .add(AskedWave::of(&wave, &policy.settings), &live_waves);
         let header = WaveHeader {
             from: committed.digest,
             place: schedule.place,
             cuts: schedule.cuts,
             solver: self.solver.state().clone(),
+            asked: self.asked.clone(),
         };
         let index = WaveIndex(wave.index);
         self.journal.open_wave(index, &frames::encode(&header))?;
-        let mut live: Vec<WaveIndex> = self
-            .solver
-            .live_waves()
-            .into_iter()
-            .map(WaveIndex)
-            .collect();
+        let mut live: Vec<WaveIndex> = live_waves.into_iter().map(WaveIndex).collect();
         live.push(index);
         self.journal.keep(&live)?;
         self.answers = read_answers(&mut self.journal, index, committed.points)?;
@@ -258,6 +265,7 @@ impl Attempt {
 struct RestoredWave {
     solver: StepSolver<2>,
     ends: BTreeMap<u32, Vec<Arc<PointEnd>>>,
+    asked: AskedWaves,
     place: Place,
     cuts: u32,
 }
@@ -288,6 +296,7 @@ fn restore_wave(
     Ok(Some(RestoredWave {
         solver,
         ends,
+        asked: header.asked,
         place: header.place,
         cuts: header.cuts,
     }))

@@ -13,6 +13,7 @@ use solver_fem::{
 use store::{Digest, Frame, FrameId, Role, Seal, StepIndex};
 
 use super::{
+    asked::AskedWave,
     attempt::{Attempt, Committed, Opened, TaskPolicy},
     core::{Core, Ending},
     error::RunError,
@@ -335,13 +336,16 @@ impl BodySteps {
             payload: frames::encode(&self.cost),
         };
         summary.director_s += cpu_since(begun);
+        let mut extra = vec![
+            frames::content(MACRO, 0, &outcome.state),
+            frames::content(PROGRESS, 0, &self.schedule.place),
+            cost,
+        ];
+        let asked = attempt.asked.leading_to(outcome.wave).unwrap_or_default();
+        extra.extend(asked.into_iter().map(AskedWave::frame));
         let seal = Seal {
             final_wave: Some(store::WaveIndex(outcome.wave)),
-            extra: vec![
-                frames::content(MACRO, 0, &outcome.state),
-                frames::content(PROGRESS, 0, &self.schedule.place),
-                cost,
-            ],
+            extra,
             summary: frames::encode(&summary),
         };
         let begun = thread_cpu_time();

@@ -9,6 +9,7 @@
 //! | 5 `MACRO` | 0 | content | the macro state |
 //! | 6 `PROGRESS` | 0 | content | place in the programme, step-size control |
 //! | 7 `COST` | 0 | diagnostic | CPU seconds of each Gauss point's element in the step |
+//! | 8 `ASKED` | wave | diagnostic | what the last wave, and those it builds on, asked of every Gauss point |
 //!
 //! All are MessagePack, structs as arrays. Grains and contact law never change, so a point's state
 //! leaves them out and takes them from the packing dealt to it at step 0.
@@ -39,6 +40,8 @@ pub const MACRO: u16 = 5;
 pub const PROGRESS: u16 = 6;
 /// CPU time by Gauss point.
 pub const COST: u16 = 7;
+/// What a wave asked for.
+pub const ASKED: u16 = 8;
 
 /// A frame's bytes are not what they should be.
 #[derive(Debug, thiserror::Error)]

@@ -2,16 +2,18 @@
 
 use std::sync::Arc;
 
-use solver_fem::GaussPointId;
+use solver_fem::{GaussPointId, Tensor2, newton::MacroState};
 use store::{FrameId, RunName, RunRecord, StepIndex, StepReader, Store};
 
 use super::{
+    element_test::TestState,
     error::RunError,
-    frames::{DEAL, Deal, PACKING, POINT, PROGRESS, decode, read_point},
+    frames::{DEAL, Deal, MACRO, PACKING, POINT, PROGRESS, decode, read_point},
     point::PointState,
     schedule::Place,
     work::Packing,
 };
+use crate::input::{Problem, problem::Model};
 
 /// Something that opens committed steps: the store, or a read-only view of it.
 pub trait Steps {
@@ -96,6 +98,28 @@ pub fn points(
             Ok(Arc::new(read_point(id, &bytes, dealt)?))
         })
         .collect()
+}
+
+/// The stresses of all Gauss points at the step open in `reader`; none at a step that holds no macro state.
+///
+/// # Errors
+/// A step that cannot be read.
+pub fn stresses(problem: &Problem, reader: &StepReader) -> Result<Vec<Tensor2<2>>, RunError> {
+    let id = FrameId::new(MACRO, 0);
+    if !reader.ids().contains(&id) {
+        return Ok(Vec::new());
+    }
+    let bytes = reader.frame(id)?;
+    Ok(match problem.model {
+        Model::Body(_) => {
+            let state: MacroState<2> = decode(id, &bytes)?;
+            let (rows, _) = state.stress.as_chunks::<4>();
+            rows.iter()
+                .map(|[xx, xy, yx, yy]| [[*xx, *xy], [*yx, *yy]])
+                .collect()
+        }
+        Model::ElementTest(_) => vec![decode::<TestState>(id, &bytes)?.stress],
+    })
 }
 
 /// The states of all Gauss points at a committed step.

@@ -1,10 +1,12 @@
 //! What the verbs of the command line do: runs over the engine, the store and the solvers.
 
+mod asked;
 mod attempt;
 mod body;
 mod branch;
 mod campaign;
 mod core;
+mod diff;
 mod element_test;
 mod ended;
 mod error;
@@ -24,10 +26,13 @@ mod notes;
 mod open;
 mod origin;
 mod packings;
+mod place;
 mod plan;
 mod point;
 mod preparing;
+mod recorded;
 mod relaw;
+mod replay;
 mod rev_exchange;
 mod rev_of_step;
 mod rev_prepare;
@@ -42,6 +47,7 @@ mod store_verbs;
 mod summary;
 mod test_picture;
 pub(crate) mod text;
+mod verify;
 mod view;
 mod work;
 
@@ -55,6 +61,7 @@ pub use self::keeping::{Doing, Keep};
 use self::open::{explain, no_such_run, open, open_existing, store_name};
 pub use self::plan::Intent;
 pub use self::rev_show::RevSource;
+pub use self::verify::Sample;
 use crate::address::{RevAddress, RunAddress, RunName};
 use crate::failure::Failure;
 use crate::input::{Problem, derive::Scope};
@@ -188,6 +195,39 @@ pub fn show(context: &Context<'_>, address: &RunAddress) -> Result<Report, Failu
 /// Reports where a running run is, or all of them, without opening the database.
 pub fn status(context: &Context<'_>, run: Option<&RunName>) -> Result<Report, Failure> {
     status::status(context, run)
+}
+
+/// Asks one REV of a committed step again, compares the bits, and writes its grains into the folder `into`.
+pub fn replay(
+    context: &Context<'_>,
+    rev: &RevAddress,
+    into: Option<&Path>,
+) -> Result<Report, Failure> {
+    replay::replay(context, rev, into)
+}
+
+/// Carries out the task again that failed and left the file `file`; writes its grains into the folder `into`.
+pub fn replay_kept(file: &Path, into: Option<&Path>) -> Result<Report, Failure> {
+    replay::replay_kept(file, into)
+}
+
+/// Checks every hash of a run or a step and carries out a sample of its REV tasks again.
+pub fn verify(
+    context: &Context<'_>,
+    address: &RunAddress,
+    sample: Sample,
+) -> Result<Report, Failure> {
+    verify::verify(context, address, sample)
+}
+
+/// Names where two runs part; writes the mesh coloured by the difference to the file `into`.
+pub fn diff(
+    context: &Context<'_>,
+    a: &RunName,
+    b: &RunName,
+    into: Option<&Path>,
+) -> Result<Report, Failure> {
+    diff::diff(context, a, b, into)
 }
 
 /// Writes the outputs of a run into the folder `into`, by default one named after the run.

@@ -5,6 +5,7 @@ use store::StepIndex;
 use super::{
     Context, load,
     open::explain,
+    place,
     point::{PlaneRev, PointState},
     view::View,
 };
@@ -34,28 +35,17 @@ pub fn find(context: &Context<'_>, address: &RevAddress) -> Result<RevOfStep, Fa
     let states = load::states(&view.store, &record.run, step)
         .map_err(|error| explain(&format!("read {}@{step}", run.name()), error))?;
     let problem = &run.manifest.problem;
-    let per_element = match problem.model {
-        Model::Body(_) => super::show::POINTS_PER_ELEMENT as usize,
-        Model::ElementTest(_) => 1,
-    };
-    let (element, local) = (address.place.element as usize, address.place.point as usize);
     let refused = |why: &str| {
         let what = format!("failed to find the REV {address}: {why}");
         Failure::new(FailureKind::Usage, what)
     };
-    let state = (local < per_element)
-        .then(|| states.get(element * per_element + local))
-        .flatten();
-    let Some(state) = state else {
-        let last = (states.len() / per_element).saturating_sub(1);
-        return Err(refused("it is not in the mesh")
-            .hint(format!("its REVs are e0.0 to e{last}.{}", per_element - 1)));
-    };
-    match &**state {
+    let point = place::gauss_point(&run, address.place, states.len())
+        .map_err(|existing| refused("it is not in the mesh").hint(existing))?;
+    match &*states[point.index()] {
         PointState::Rev(rev) => Ok(RevOfStep {
             step,
             rev: rev.clone(),
-            confining_stress: confining_stress(problem, element),
+            confining_stress: confining_stress(problem, address.place.element as usize),
         }),
         PointState::Elastic { .. } => Err(refused("that point is elastic, it has no grains")),
     }

@@ -134,7 +134,7 @@ impl Work for Job {
                 measure(rev, quality).map(|packing| Done::Packing(Box::new(packing)))
             }
             Job::Element(job) => job.run(context).map(Done::Element),
-            Job::Drive(job) => job.run().map(|driven| Done::Drive(Box::new(driven))),
+            Job::Drive(job) => job.carry_out().map(|driven| Done::Drive(Box::new(driven))),
         }
     }
 
@@ -185,7 +185,11 @@ impl ElementJob {
 }
 
 impl DriveJob {
-    fn run(&self) -> Result<Driven, JobError> {
+    /// The step; a pure function of the job.
+    ///
+    /// # Errors
+    /// A material without grains, or a REV without equilibrium.
+    pub fn carry_out(&self) -> Result<Driven, JobError> {
         let PointState::Rev(rev) = &*self.base else {
             return Err(JobError::NoGrains);
         };

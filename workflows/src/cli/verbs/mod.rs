@@ -3,9 +3,11 @@
 pub mod bench;
 pub mod branch;
 pub mod completions;
+pub mod diff;
 pub mod export;
 pub mod keeping;
 pub mod plan;
+pub mod replay;
 pub mod resume;
 pub mod rev;
 pub mod schema;
@@ -13,6 +15,7 @@ pub mod show;
 pub mod status;
 pub mod store;
 pub mod submit;
+pub mod verify;
 
 use super::args::Verb;
 use crate::failure::Failure;
@@ -35,6 +38,9 @@ pub fn perform(verb: &Verb, context: &Context<'_>) -> Result<Report, Failure> {
         Verb::Show(args) => show::perform(args, context),
         Verb::Status(args) => status::perform(args, context),
         Verb::Export(args) => export::perform(args, context),
+        Verb::Replay(args) => replay::perform(args, context),
+        Verb::Verify(args) => verify::perform(args, context),
+        Verb::Diff(args) => diff::perform(args, context),
         Verb::Bench(verb) => bench::perform(verb, context),
         Verb::Rev(verb) => rev::perform(verb, context),
         Verb::Store(verb) => store::perform(verb, context),
