@@ -279,3 +279,44 @@ fn runs_part_where_their_settings_do() {
     let report = verify_all(&place, "small");
     assert!(report["pruned"].as_u64().unwrap() > 0, "{report:#}");
 }
+
+#[test]
+fn a_failed_task_can_be_looked_at_alone() {
+    let place = Workplace::new();
+    // The cell gets too low for its grains, and the step may not be cut.
+    let input = "name: crushed\n\
+        mesh: { rectangle: { size: [1.0, 1.0], elements: [1, 1] } }\n\
+        materials: { sand: { rev: { grains: 40 } } }\n\
+        loads: { down: 0.0 }\n\
+        boundary:\n\
+        \x20 - { on: left, displacement: { x: 0 } }\n\
+        \x20 - { on: right, displacement: { x: 0 } }\n\
+        \x20 - { on: bottom, displacement: { y: 0 } }\n\
+        \x20 - { on: top, displacement: { y: down } }\n\
+        programme:\n\
+        \x20 - { name: press, ramp: { down: -0.85 }, steps: 1 }\n\
+        solver: { smallest_step: 1.0 }\n";
+    let file = place.write("input.yaml", input);
+    place.run(["submit", file.to_str().unwrap()]).ended_with(1);
+    let kept = place.store().join("failed/crushed/step1-e0.rmp");
+    let folder = place.dir().join("rev");
+    let kept = kept.to_str().unwrap();
+    let replayed = place.run([
+        "replay",
+        kept,
+        "--output",
+        folder.to_str().unwrap(),
+        "--json",
+    ]);
+    let report = json(&replayed.success());
+    let first = &report["revs"][0];
+    assert_eq!(first["rev"], "e0.0");
+    assert!(
+        first["error"].as_str().unwrap().contains("cell height"),
+        "{first:#}"
+    );
+    assert!(folder.join("e0.0/grains-before.vtp").is_file());
+
+    let torn = place.write("torn.rmp", "no task");
+    place.run(["replay", torn.to_str().unwrap()]).ended_with(2);
+}
