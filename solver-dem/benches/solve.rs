@@ -14,14 +14,7 @@ const INCREMENT: [[f64; 2]; 2] = [[1.0 + 4e-4, 0.0], [0.0, 1.0 - 1e-3]];
 fn packing(grains: u32) -> Rev<2, 1> {
     let recipe = Recipe {
         grains,
-        size_ratio: 2.5,
-        confining_stress: 1.0,
-        stiffness: 1000.0,
-        tangential_stiffness: 1.0,
-        friction: 0.5,
-        preparation_friction: 0.0,
-        cohesion_ratio: 0.0,
-        seed: 1,
+        ..Recipe::default()
     };
     prepare(&recipe).expect("the recipe settles").0
 }

@@ -40,7 +40,10 @@ pub use anatomy::{Anatomy, anatomy};
 pub use cell::Cell;
 pub use contact::ContactLaw;
 pub use drive::{Component, Control, drive};
-pub use prepare::{PreparationError, Quality, Recipe, prepare, settle};
+pub use prepare::{
+    AnisotropicStress, Fraction, Means, PreparationError, Quality, Quantity, Recipe, Sizes,
+    SizesError, Target, prepare, settle,
+};
 pub use respond::respond;
 pub use response::{EquilibriumError, Method, Report, Response, Start};
 pub use rev::{Contact, Grains, Rev, RevState};

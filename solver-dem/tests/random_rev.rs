@@ -11,7 +11,8 @@ use std::{
 use common::{distance, recipe, rotated_rev, tight};
 use proptest::{prelude::*, test_runner::RngSeed};
 use solver_dem::{
-    Contact, Grains, Method, Recipe, Response, Rev, RevState, Settings, Start, prepare, respond,
+    Contact, Grains, Method, Recipe, Response, Rev, RevState, Settings, Sizes, Start, prepare,
+    respond,
     tensor::{Tensor2, product, rotated2, rotation},
 };
 
@@ -33,7 +34,9 @@ impl Packing {
         let mut made = MADE.lock().unwrap();
         let rev = made.entry(self).or_insert_with(|| {
             let recipe = Recipe {
-                size_ratio: f64::from(self.size_ratio) / 10.0,
+                sizes: Sizes::Uniform {
+                    ratio: f64::from(self.size_ratio) / 10.0,
+                },
                 cohesion_ratio: f64::from(self.cohesion) / 10.0,
                 ..recipe(self.grains, u64::from(self.grains))
             };

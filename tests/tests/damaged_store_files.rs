@@ -144,7 +144,8 @@ fn damage_ends_in_the_same_digests_or_in_a_clear_refusal() {
         }
         let outcome = place.run(["resume", RUN]);
         if outcome.code == Some(0) {
-            let end = history::of(&place.store(), RUN);
+            // The damage may be in a step that lay behind the place where the run went on.
+            let end = history::told(&place.store(), RUN);
             assert_eq!(end.as_ref(), Some(&calm), "{case}: another result");
             arrived += 1;
         } else {

@@ -115,3 +115,54 @@ fn a_file_that_is_no_packing_is_refused_with_the_reason() {
         assert!(outcome.err.contains(name), "{}", outcome.err);
     }
 }
+
+/// Every option of a preparation at once, and one that cannot be: what comes out must be what was asked for.
+#[test]
+fn a_packing_is_made_as_its_material_says() {
+    let bench = Bench::new();
+    let input = |target: &str| {
+        format!(
+            "\
+name: graded
+element_test: {{ path: biaxial }}
+materials:
+  sand:
+    rev:
+      grains: 100
+      sizes: {{ log_normal: {{ deviation: 0.3 }} }}
+      preparation_friction: 0.5
+      aspect_ratio: 1.5
+      anisotropy: {{ stress_ratio: 1.5, direction: 0 }}
+      orientation: 30
+      target: {target}
+programme:
+  - {{ name: press, ramp: {{ axial: -0.001 }}, steps: 1 }}
+"
+        )
+    };
+    let prepare = |target: &str| {
+        std::fs::write(bench.path("graded.yaml"), input(target)).unwrap();
+        bench.run(&["rev", "prepare", &bench.arg("graded.yaml"), "--json"])
+    };
+    let reached = prepare(
+        "{ void_ratio: 0.195, tolerance: 0.004, by: { compression_cycles: { ratio: 3 } } }",
+    )
+    .good()
+    .json();
+    let packing = &reached["packings"][0];
+    let number = |key: &str| packing[key].as_f64().unwrap();
+    assert!((number("void_ratio") - 0.195).abs() <= 0.004, "{packing}");
+    assert!(number("backbone_coordination") >= number("coordination"));
+    assert!(packing["contact_anisotropy"]["amplitude"].as_f64().unwrap() > 0.0);
+    assert!(packing["quality"]["densifying_cycles"].as_u64().unwrap() > 0);
+    assert!(packing["quality"]["preparation_friction"] == 0.5);
+    assert!(reached["cpu_s"][0].as_f64().unwrap() > 0.0);
+
+    let lost = prepare("{ coordination: 5.9, by: { compression_cycles: { ratio: 1.1 } } }");
+    assert_eq!(lost.code, 1);
+    assert!(
+        lost.err.contains("coordination 5.9 is out of reach"),
+        "{}",
+        lost.err
+    );
+}

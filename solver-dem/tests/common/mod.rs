@@ -17,14 +17,8 @@ pub const UNIT: Tensor2<2> = [[1.0, 0.0], [0.0, 1.0]];
 pub fn recipe(grains: u32, seed: u64) -> Recipe {
     Recipe {
         grains,
-        size_ratio: 2.5,
-        confining_stress: 1.0,
-        stiffness: 1000.0,
-        tangential_stiffness: 1.0,
-        friction: 0.5,
-        preparation_friction: 0.0,
-        cohesion_ratio: 0.0,
         seed,
+        ..Recipe::default()
     }
 }
 

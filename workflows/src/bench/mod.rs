@@ -11,14 +11,10 @@ use solver_dem::{PreparationError, Recipe, Rev, prepare};
 fn standard(grains: u32, cohesion_ratio: f64, seed: u64) -> Result<Rev<2, 1>, PreparationError> {
     let recipe = Recipe {
         grains,
-        size_ratio: 2.5,
         confining_stress: CONFINING_STRESS,
-        stiffness: 1000.0,
-        tangential_stiffness: 1.0,
-        friction: 0.5,
-        preparation_friction: 0.0,
         cohesion_ratio,
         seed,
+        ..Recipe::default()
     };
     prepare(&recipe).map(|(rev, _)| rev)
 }

@@ -2,7 +2,8 @@
 //!
 //! A run stores its [`Problem`]; what the program does follows from it alone, not from the YAML it came from.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
+use solver_dem::{AnisotropicStress, Sizes, Target};
 
 use super::document::{Box2, Mesh, OutputSettings, Packings, SolverSettings};
 use super::programme::Programme;
@@ -193,17 +194,51 @@ pub struct Rev {
 /// How the assemblies of a material are made.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Origin {
-    /// By isotropic compression of a random gas of grains.
-    Prepared {
-        /// Number of grains.
-        grains: u32,
-        /// Rmax/Rmin, uniform in size.
-        size_ratio: f64,
-        /// Friction while compressing.
-        friction: f64,
-    },
+    /// From a recipe.
+    Prepared(Preparation),
     /// From this file: the path of the input's folder joined with the path in the input.
     Imported(String),
+}
+
+/// The part of a recipe that ends with the preparation.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Preparation {
+    /// Number of grains.
+    pub grains: u32,
+    /// Their sizes. Runs of before there were several distributions have Rmax/Rmin here.
+    #[serde(alias = "size_ratio", deserialize_with = "sizes_or_ratio")]
+    pub sizes: Sizes,
+    /// Friction while compressing.
+    pub friction: f64,
+    /// What the finished assembly must reach.
+    #[serde(default)]
+    pub target: Option<Target>,
+    /// Width over height of the cell.
+    #[serde(default = "square")]
+    pub aspect_ratio: f64,
+    /// Anisotropic stress of the preparation.
+    #[serde(default)]
+    pub anisotropy: Option<AnisotropicStress>,
+    /// Angle by which the finished assembly is turned, rad.
+    #[serde(default)]
+    pub orientation: f64,
+}
+
+fn square() -> f64 {
+    1.0
+}
+
+fn sizes_or_ratio<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Sizes, D::Error> {
+    #[derive(Deserialize)]
+    #[serde(untagged)]
+    enum Written {
+        Ratio(f64),
+        Sizes(Sizes),
+    }
+    Ok(match Written::deserialize(deserializer)? {
+        Written::Ratio(ratio) => Sizes::Uniform { ratio },
+        Written::Sizes(sizes) => sizes,
+    })
 }
 
 /// Isotropic elasticity.
@@ -215,4 +250,23 @@ pub struct Elastic {
     pub poisson: f64,
     /// Isotropic stress before loading, tension positive.
     pub initial_stress: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Runs of before there were several distributions must go on.
+    #[test]
+    fn a_preparation_with_a_size_ratio_alone_is_still_read() {
+        let old = serde_json::json!({ "Prepared": { "grains": 100, "size_ratio": 1.5, "friction": 0.1 } });
+        let bytes = rmp_serde::to_vec_named(&old).unwrap();
+        let Origin::Prepared(read) = rmp_serde::from_slice(&bytes).unwrap() else {
+            panic!("another origin");
+        };
+        assert_eq!(read.sizes, Sizes::Uniform { ratio: 1.5 });
+        assert_eq!((read.aspect_ratio, read.orientation), (1.0, 0.0));
+        let again = rmp_serde::to_vec_named(&read).unwrap();
+        assert_eq!(rmp_serde::from_slice::<Preparation>(&again).unwrap(), read);
+    }
 }

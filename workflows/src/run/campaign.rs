@@ -15,7 +15,7 @@ use super::{
     model::{self, Model},
     packings::Plan,
     point::PointState,
-    preparing::Preparing,
+    preparing::{Prepared, Preparing},
     schedule::{Place, Schedule},
     summary::StepSummary,
     work::{Job, Packing},
@@ -94,7 +94,7 @@ impl<'a> Campaign<'a> {
         else {
             return Ok(());
         };
-        let Some((deal, packings)) = preparing.finish()? else {
+        let Some(Prepared { deal, packings, .. }) = preparing.finish()? else {
             return Ok(());
         };
         let states = deal

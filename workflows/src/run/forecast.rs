@@ -119,7 +119,7 @@ struct Size {
 fn size(problem: &Problem) -> Size {
     let grains = |material: &Material| match &material.law {
         Law::Rev(rev) => match &rev.origin {
-            Origin::Prepared { grains, .. } => f64::from(*grains),
+            Origin::Prepared(preparation) => f64::from(preparation.grains),
             // How many it has is in its file; most have so many.
             _ => 400.0,
         },

@@ -19,7 +19,7 @@ use crate::input::{
 };
 
 /// Changes whenever the same recipe would give other bits, so that an old cache is not taken for new.
-const PREPARATION: &str = "preparation 1";
+const PREPARATION: &str = "preparation 2";
 
 /// What has to be prepared, and how it is dealt out.
 pub struct Plan {
@@ -156,19 +156,19 @@ impl Planner {
             return Ok(job);
         }
         let job = match &rev.origin {
-            Origin::Prepared {
-                grains,
-                size_ratio,
-                friction,
-            } => Job::Prepare(Recipe {
-                grains: *grains,
-                size_ratio: *size_ratio,
+            Origin::Prepared(preparation) => Job::Prepare(Recipe {
+                grains: preparation.grains,
+                sizes: preparation.sizes.clone(),
                 confining_stress: rev.confining_stress,
                 stiffness: rev.stiffness,
                 tangential_stiffness: rev.tangential_stiffness,
                 friction: rev.friction,
-                preparation_friction: *friction,
+                preparation_friction: preparation.friction,
                 cohesion_ratio: rev.cohesion_ratio,
+                aspect_ratio: preparation.aspect_ratio,
+                anisotropy: preparation.anisotropy,
+                orientation: preparation.orientation,
+                target: preparation.target,
                 seed: if number == 0 {
                     rev.seed
                 } else {

@@ -1,6 +1,6 @@
 //! Packings being made: those that the cache lacks are tasks of the graph.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, time::Duration};
 
 use engine::{Finished, GraphHandle, NodeId, TaskOutcome, TaskSpec};
 use store::Store;
@@ -19,6 +19,18 @@ pub struct Preparing {
     tasks: BTreeMap<NodeId, usize>,
     failures: Vec<String>,
     cached: usize,
+    /// CPU time of each packing made here, in the order of the plan.
+    cpu: Vec<Option<Duration>>,
+}
+
+/// What was prepared.
+pub struct Prepared {
+    /// Which packing each Gauss point gets.
+    pub deal: Deal,
+    /// The packings.
+    pub packings: Vec<Packing>,
+    /// CPU time of each; `None` for those from the cache.
+    pub cpu: Vec<Option<Duration>>,
 }
 
 impl Preparing {
@@ -45,6 +57,7 @@ impl Preparing {
         }
         let cached = packings.len() - tasks.len();
         Ok(Self {
+            cpu: vec![None; packings.len()],
             plan,
             packings,
             tasks,
@@ -84,8 +97,10 @@ impl Preparing {
         match outcome {
             Ok(Finished {
                 output: Done::Packing(packing),
+                cpu,
                 ..
             }) => {
+                self.cpu[number] = Some(cpu);
                 let key = cache_key(&self.plan.jobs[number]);
                 if let Err(error) = store.cache_put(&key, frames::encode(&packing)) {
                     // The next run prepares it again.
@@ -107,7 +122,7 @@ impl Preparing {
     ///
     /// # Errors
     /// Packings that could not be made.
-    pub fn finish(self) -> Result<Option<(Deal, Vec<Packing>)>, RunError> {
+    pub fn finish(self) -> Result<Option<Prepared>, RunError> {
         if let Some(reason) = self.failures.first() {
             let (failed, of) = (self.failures.len(), self.packings.len());
             return Err(RunError::Preparation {
@@ -117,6 +132,10 @@ impl Preparing {
             });
         }
         let packings: Option<Vec<Packing>> = self.packings.into_iter().collect();
-        Ok(packings.map(|packings| (self.plan.deal, packings)))
+        Ok(packings.map(|packings| Prepared {
+            deal: self.plan.deal,
+            packings,
+            cpu: self.cpu,
+        }))
     }
 }

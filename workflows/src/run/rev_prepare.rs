@@ -9,10 +9,10 @@ use super::{
     error::RunError,
     open::{explain, open},
     packings::Plan,
-    preparing::Preparing,
+    preparing::{Prepared, Preparing},
     session::{Conducted, conduct},
     text::{self, Align, Table},
-    work::{Job, Packing},
+    work::Job,
 };
 use crate::{
     failure::{Failure, FailureKind},
@@ -56,12 +56,12 @@ pub fn prepare(
         return Err(Failure::new(FailureKind::of_signal(signal), what)
             .hint("the same command prepares the others"));
     }
-    let Phase::Done { packings, cached } = preparer.phase else {
+    let Phase::Done { prepared, cached } = preparer.phase else {
         return Err(explained(RunError::Engine(
             "the graph ended before the packings".into(),
         )));
     };
-    Ok(report(context, &names, &packings, cached))
+    Ok(report(context, &names, &prepared, cached))
 }
 
 fn check_material(plan: &Plan, problem: &Problem, name: &str) -> Result<(), Failure> {
@@ -92,7 +92,7 @@ fn check_material(plan: &Plan, problem: &Problem, name: &str) -> Result<(), Fail
 fn report(
     context: &Context<'_>,
     names: &[(String, u64)],
-    packings: &[Packing],
+    prepared: &Prepared,
     cached: usize,
 ) -> Report {
     use Align::{Left, Right};
@@ -101,30 +101,54 @@ fn report(
         ("no.", Right),
         ("grains", Right),
         ("void ratio", Right),
-        ("coordination", Right),
+        ("z", Right),
+        ("z*", Right),
         ("rattlers", Right),
+        ("a_c", Right),
+        ("direction", Right),
+        ("μ prep.", Right),
         ("residual", Right),
         ("stress error", Right),
+        ("densified", Right),
         ("cycles", Right),
+        ("CPU s", Right),
     ]);
     let mut data = Vec::new();
-    for ((material, number), packing) in names.iter().zip(packings) {
+    for (((material, number), packing), cpu) in
+        names.iter().zip(&prepared.packings).zip(&prepared.cpu)
+    {
         let rev = &packing.rev;
+        let figures = solver_dem::anatomy(rev)
+            .ok()
+            .map(|anatomy| anatomy.statistics());
+        let backbone = figures.and_then(|figures| figures.backbone_coordination);
+        let fabric = figures.map(|figures| figures.contact_anisotropy);
         let mut cells = vec![
             material.clone(),
             number.to_string(),
             rev.grains.radii.len().to_string(),
             format!("{:.4}", rev.void_ratio()),
             format!("{:.3}", rev.coordination()),
+            backbone.map_or_else(String::new, |z| format!("{z:.3}")),
             rev.rattlers().to_string(),
+            fabric.map_or_else(String::new, |fabric| format!("{:.3}", fabric.amplitude)),
+            fabric.map_or_else(String::new, |fabric| {
+                format!("{:.0}°", fabric.direction.to_degrees())
+            }),
         ];
         if let Some(quality) = &packing.quality {
+            let friction = quality.preparation_friction;
             cells.extend([
+                friction.map_or_else(String::new, |friction| format!("{friction:.3}")),
                 format!("{:.1e}", quality.residual),
                 format!("{:.1e}", quality.stress_error),
+                quality.densifying_cycles.to_string(),
                 quality.cycles.to_string(),
             ]);
+        } else {
+            cells.resize(cells.len() + 5, String::new());
         }
+        cells.push(cpu.map_or_else(String::new, |cpu| format!("{:.2}", cpu.as_secs_f64())));
         table.row(cells);
         data.push(json!({
             "material": material,
@@ -132,18 +156,31 @@ fn report(
             "grains": rev.grains.radii.len(),
             "void_ratio": rev.void_ratio(),
             "coordination": rev.coordination(),
+            "backbone_coordination": backbone,
             "rattlers": rev.rattlers(),
+            "contact_anisotropy": fabric,
             "stress": packing.stress,
             "quality": packing.quality,
         }));
     }
+    // Beside the packings, which are the same whenever they are made.
+    let cpu: Vec<Option<f64>> = prepared
+        .cpu
+        .iter()
+        .map(|cpu| cpu.map(|cpu| cpu.as_secs_f64()))
+        .collect();
     let text = format!(
-        "{} ready in {}, {cached} of them from before.\n{}",
-        text::count(packings.len(), "packing"),
+        "{} ready in {}, {cached} of them from before.\n{}\n\
+         z* is the coordination without rattlers; a_c and direction are those of the contacts; \
+         densified counts cycles of shear or compression.\n",
+        text::count(prepared.packings.len(), "packing"),
         context.store.display(),
         table.render("  ")
     );
-    Report::new(text, &json!({ "packings": data, "cached": cached }))
+    Report::new(
+        text,
+        &json!({ "packings": data, "cached": cached, "cpu_s": cpu }),
+    )
 }
 
 /// Directs a graph that does nothing but prepare.
@@ -157,7 +194,7 @@ enum Phase {
     Start(Plan),
     Preparing(Preparing),
     Done {
-        packings: Vec<Packing>,
+        prepared: Prepared,
         cached: usize,
     },
     /// Cancelled.
@@ -195,7 +232,7 @@ impl Director<Job> for Preparer<'_> {
             Phase::Preparing(preparing) => {
                 let cached = preparing.cached();
                 match preparing.finish()? {
-                    Some((_, packings)) => Phase::Done { packings, cached },
+                    Some(prepared) => Phase::Done { prepared, cached },
                     None => Phase::Over,
                 }
             }

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 use serde_json::{Value, json};
+use solver_dem::{Means, Sizes};
 
 use super::{
     Context,
@@ -19,7 +20,7 @@ use crate::{
     failure::Failure,
     input::{
         self, Problem,
-        problem::{Law, Material, Model, Origin, Rev},
+        problem::{Law, Material, Model, Origin, Preparation, Rev},
     },
     report::Report,
 };
@@ -309,17 +310,52 @@ fn describe_material(material: &Material) -> String {
     format!("{}: {law}", material.name)
 }
 
+fn describe_preparation(preparation: &Preparation) -> String {
+    let grading = match &preparation.sizes {
+        Sizes::Uniform { .. } => "",
+        Sizes::LogNormal { .. } => " (log-normal)",
+        Sizes::Table { .. } => " (grading curve)",
+    };
+    let mut text = format!(
+        "{} grains, Rmax/Rmin = {}{grading}, ",
+        preparation.grains,
+        preparation.sizes.ratio()
+    );
+    text += &match &preparation.target {
+        None => format!("prepared with μ = {}", preparation.friction),
+        Some(target) => {
+            let means = match target.by {
+                Means::Friction => "the friction of the preparation".to_owned(),
+                Means::ShearCycles { .. } => {
+                    format!("cycles of shear from μ = {}", preparation.friction)
+                }
+                Means::CompressionCycles { .. } => {
+                    format!("cycles of compression from μ = {}", preparation.friction)
+                }
+            };
+            format!("{} {} by {means}", target.quantity, target.value)
+        }
+    };
+    if preparation.aspect_ratio != 1.0 {
+        text += &format!(", cell {} : 1", preparation.aspect_ratio);
+    }
+    if let Some(anisotropy) = preparation.anisotropy {
+        text += &format!(
+            ", pressed {} : 1 along {:.0}°",
+            anisotropy.stress_ratio,
+            anisotropy.direction.to_degrees()
+        );
+    }
+    if preparation.orientation != 0.0 {
+        text += &format!(", turned by {:.0}°", preparation.orientation.to_degrees());
+    }
+    text
+}
+
 fn describe_rev(rev: &Rev) -> String {
     let origin = match &rev.origin {
-        Origin::Prepared {
-            grains,
-            size_ratio,
-            friction,
-        } => {
-            format!(
-                "{grains} grains, Rmax/Rmin = {size_ratio}, prepared with μ = {friction}, seed {}",
-                rev.seed
-            )
+        Origin::Prepared(preparation) => {
+            format!("{}, seed {}", describe_preparation(preparation), rev.seed)
         }
         Origin::Imported(path) => format!("packing {path}"),
     };

@@ -263,12 +263,19 @@ fn flatten(name: String, value: Json, into: &mut Vec<(String, String)>) {
     match value {
         Json::Object(fields) => {
             for (key, value) in fields {
-                let key = match (name.as_str(), key.as_str()) {
-                    ("" | "origin", _) => key,
-                    (_, "friction") => format!("preparation_{key}"),
-                    _ => key,
-                };
-                flatten(key, value, into);
+                match (name.as_str(), key.as_str()) {
+                    ("Prepared", "friction") => {
+                        flatten("preparation_friction".to_owned(), value, into);
+                    }
+                    ("Prepared", "sizes") if value["uniform"].is_object() => {
+                        let ratio = value["uniform"]["ratio"].clone();
+                        flatten("size_ratio".to_owned(), ratio, into);
+                    }
+                    // One choice with all that belongs to it; what is not there has nothing to say.
+                    ("Prepared", _) if value.is_object() => into.push((key, value.to_string())),
+                    ("Prepared", _) if value.is_null() => {}
+                    _ => flatten(key, value, into),
+                }
             }
         }
         other => into.push((name.to_lowercase(), plain(&other))),

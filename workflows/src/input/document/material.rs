@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::packing::{Anisotropy, Sizes, Target};
+
 /// A material: `rev` (an assembly of grains at every Gauss point) or `elastic`.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -23,9 +25,11 @@ pub struct Rev {
     /// Number of grains.
     #[schemars(range(min = 16, max = 20_000))]
     pub grains: u32,
-    /// Largest over smallest grain radius; radii are uniform in size between the two.
+    /// Largest over smallest grain diameter, uniform in size between the two: short for `sizes: { uniform: … }`.
     #[schemars(range(min = 1.0, max = 20.0))]
     pub size_ratio: f64,
+    /// Distribution of the grain diameters, in place of `size_ratio`.
+    pub sizes: Option<Sizes>,
     /// Isotropic stress σ0 under which the assembly is prepared, positive in compression.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub confining_stress: f64,
@@ -41,6 +45,16 @@ pub struct Rev {
     /// Friction during the preparation: 0 gives a dense assembly, the value of `friction` a loose one.
     #[schemars(range(min = 0.0))]
     pub preparation_friction: f64,
+    /// What the finished assembly must reach; what is to be varied for it, `by` says.
+    pub target: Option<Target>,
+    /// Width over height of the cell.
+    #[schemars(range(min = 0.1, max = 10.0))]
+    pub aspect_ratio: f64,
+    /// An anisotropic stress during the preparation, which leaves an inherent anisotropy of the contacts.
+    pub anisotropy: Option<Anisotropy>,
+    /// Angle in degrees by which the finished assembly is turned with its cell, counter-clockwise.
+    #[schemars(range(min = -180.0, max = 180.0))]
+    pub orientation: f64,
     /// Attraction between touching grains, f_c/(a σ0) with the mean grain diameter a. Note: part of the literature uses
     /// the inverse.
     #[schemars(range(min = 0.0))]
@@ -58,11 +72,16 @@ impl Default for Rev {
         Self {
             grains: 400,
             size_ratio: 2.5,
+            sizes: None,
             confining_stress: 1.0,
             stiffness: 1000.0,
             tangential_stiffness: 1.0,
             friction: 0.5,
             preparation_friction: 0.0,
+            target: None,
+            aspect_ratio: 1.0,
+            anisotropy: None,
+            orientation: 0.0,
             cohesion_ratio: 0.0,
             packings: Packings::Shared,
             seed: 1,

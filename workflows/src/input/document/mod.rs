@@ -8,6 +8,7 @@ mod boundary;
 mod element_test;
 mod material;
 mod mesh;
+mod packing;
 mod programme;
 mod settings;
 
@@ -20,6 +21,7 @@ pub use boundary::{Amount, Condition};
 pub use element_test::{Component, Control, ElementTest, LoadPath};
 pub use material::{Elastic, Material, Packings, Rev};
 pub use mesh::{Annulus, Box2, Mesh, Rectangle, Region, Sector};
+pub use packing::{Fraction, Means, Sizes, Target};
 pub use programme::Stage;
 pub use settings::{Field, LossOfConfinement, OutputSettings, SolverSettings};
 

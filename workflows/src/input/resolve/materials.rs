@@ -4,10 +4,11 @@ use std::path::Path as FilePath;
 
 use serde_json::{Map, Value as Json};
 
+use super::packing;
 use super::read::Reader;
 use crate::input::document;
 use crate::input::path::Path;
-use crate::input::problem::{Elastic, Law, Material, Origin, Rev};
+use crate::input::problem::{Elastic, Law, Material, Rev};
 use crate::input::report::suggest;
 
 /// The materials of the input in alphabetical order.
@@ -191,48 +192,7 @@ fn resolve_rev(
     rev: document::Rev,
     base: &FilePath,
 ) -> Option<Rev> {
-    let origin = match &rev.import {
-        None => Origin::Prepared {
-            grains: rev.grains,
-            size_ratio: rev.size_ratio,
-            friction: rev.preparation_friction,
-        },
-        Some(file) => {
-            let mut good = true;
-            for key in ["grains", "size_ratio", "preparation_friction"] {
-                let path = path.key(key);
-                if reader.has(&path) {
-                    let help =
-                        "an imported packing is already prepared; remove this key".to_owned();
-                    reader.report.at_key(
-                        &path,
-                        format!("`{key}` and `import` exclude each other"),
-                        help,
-                    );
-                    good = false;
-                }
-            }
-            let full = base.join(file);
-            // An inherited import is reported where it is written.
-            let import = path.key("import");
-            if !full.is_file() {
-                if reader.has(&import) {
-                    let help = format!(
-                        "it is looked for at {}, relative to the folder of the input",
-                        full.display()
-                    );
-                    reader
-                        .report
-                        .at(&import, format!("there is no file `{file}`"), help);
-                }
-                good = false;
-            }
-            if !good {
-                return None;
-            }
-            Origin::Imported(full.display().to_string())
-        }
-    };
+    let origin = packing::origin(reader, path, &rev, base)?;
     Some(Rev {
         origin,
         confining_stress: rev.confining_stress,

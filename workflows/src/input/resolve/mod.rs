@@ -9,6 +9,7 @@ mod element_test;
 mod loads;
 mod materials;
 mod mesh;
+mod packing;
 mod programme;
 mod read;
 mod rigid;
