@@ -23,13 +23,13 @@ mod two_grains;
 use crate::{
     Cell, Contact, ContactLaw, Rev, RevState,
     homogenise::symmetric,
+    simd::Simd,
     tensor::{Tensor2, Vector},
 };
 pub(crate) use kernel::damped;
 use kernel::{Block, Field, Forces, Inertia, LANES, Load, Motion, Pose, Velocity};
 pub(crate) use link::{Geometry, Link};
 use link::{History, length, share_of};
-use quad::Simd;
 
 /// Δt √k with masses after the contacts.
 const TIME_STEP: f64 = 0.45;
@@ -408,6 +408,7 @@ impl<'a> Assembly<'a> {
     }
 
     /// The geometry of a closed contact in the current configuration.
+    #[inline]
     pub fn geometry(&self, link: &Link) -> Geometry {
         let (i, j) = (link.i as usize, link.j as usize);
         let branch = self.branch(link);

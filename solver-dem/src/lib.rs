@@ -33,6 +33,7 @@ mod respond;
 mod response;
 pub mod rev;
 pub mod settings;
+mod simd;
 pub mod tensor;
 pub mod wire;
 

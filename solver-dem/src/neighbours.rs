@@ -1,7 +1,10 @@
 //! Which pairs of grains can touch.
 
+use pulp::NullaryFnOnce;
+
 use crate::{
     Cell,
+    simd::Simd,
     tensor::{Vector, apply},
 };
 
@@ -25,6 +28,41 @@ pub(crate) fn pairs<const D: usize>(
     radii: &[f64],
     margin: f64,
 ) -> Vec<Pair<D>> {
+    Simd::run(Near {
+        cell,
+        inverse,
+        positions,
+        radii,
+        margin,
+    })
+}
+
+struct Near<'a, const D: usize> {
+    cell: &'a Cell<D>,
+    inverse: &'a [[f64; D]; D],
+    positions: &'a [Vector<D>],
+    radii: &'a [f64],
+    margin: f64,
+}
+
+impl<const D: usize> NullaryFnOnce for Near<'_, D> {
+    type Output = Vec<Pair<D>>;
+
+    #[inline(always)]
+    fn call(self) -> Vec<Pair<D>> {
+        near(self)
+    }
+}
+
+#[inline(always)]
+fn near<const D: usize>(near: Near<'_, D>) -> Vec<Pair<D>> {
+    let Near {
+        cell,
+        inverse,
+        positions,
+        radii,
+        margin,
+    } = near;
     let largest = radii.iter().copied().fold(0.0, f64::max);
     let cutoff = 2.0 * largest + margin;
     let scaled: Vec<Vector<D>> = positions.iter().map(|x| apply(inverse, x)).collect();
@@ -111,6 +149,7 @@ impl<const D: usize> Bins<D> {
     }
 
     /// Visits every grain in the bin of `grain` and the bins around it once.
+    #[inline(always)]
     fn for_neighbours(&self, grain: usize, mut visit: impl FnMut(usize)) {
         let mut visited = [usize::MAX; 27];
         let mut count = 0;

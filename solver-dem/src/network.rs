@@ -6,9 +6,12 @@
 mod block_lu;
 mod elimination;
 
+use pulp::NullaryFnOnce;
+
 use crate::{
     contact::Status,
     dynamics::{Assembly, Geometry, Link},
+    simd::Simd,
     tensor::{Tensor4, Vector},
 };
 use block_lu::BlockLu;
@@ -53,6 +56,7 @@ struct Linear {
 }
 
 impl Linear {
+    #[inline(always)]
     fn new(assembly: &Assembly<'_>, link: &Link, kind: Linearisation) -> Self {
         let mut geometry = assembly.geometry(link);
         if kind == Linearisation::Elastic {
@@ -76,6 +80,7 @@ impl Linear {
     }
 
     /// The motion that belongs to a change `du` of the branch vector.
+    #[inline(always)]
     fn motion(&self, du: &Vector<2>, rotations: [f64; 2]) -> Motion {
         let n = &self.geometry.n;
         Motion {
@@ -86,6 +91,7 @@ impl Linear {
     }
 
     /// d(f_n n − f_t t) and d((R − δ/2) f_t), with dn = t dα, dt = −n dα, dα = t·du/d.
+    #[inline(always)]
     fn rate(&self, m: &Motion) -> Rate {
         let g = &self.geometry;
         let [ai, aj] = g.arms;
@@ -114,6 +120,7 @@ impl Linear {
     }
 
     /// The force on j.
+    #[inline(always)]
     fn force(&self) -> Vector<2> {
         let n = &self.geometry.n;
         [
@@ -127,6 +134,38 @@ impl Linear {
 /// `network` is that of its contacts; `regularisation` is a stiffness on each grain's diagonal over kn. `None` when the network has
 /// no contacts or its stiffness is singular to working precision.
 pub(crate) fn tangent(
+    assembly: &Assembly<'_>,
+    network: &mut Network<'_>,
+    kind: Linearisation,
+    regularisation: f64,
+) -> Option<Tensor4<2>> {
+    let response = LinearResponse {
+        assembly,
+        network,
+        kind,
+        regularisation,
+    };
+    Simd::run(response)
+}
+
+struct LinearResponse<'n, 'p, 'a> {
+    assembly: &'n Assembly<'a>,
+    network: &'n mut Network<'p>,
+    kind: Linearisation,
+    regularisation: f64,
+}
+
+impl NullaryFnOnce for LinearResponse<'_, '_, '_> {
+    type Output = Option<Tensor4<2>>;
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        linear_response(self.assembly, self.network, self.kind, self.regularisation)
+    }
+}
+
+#[inline(always)]
+fn linear_response(
     assembly: &Assembly<'_>,
     network: &mut Network<'_>,
     kind: Linearisation,
@@ -247,6 +286,7 @@ fn stretches(branch: &Vector<2>) -> [Vector<2>; 4] {
 }
 
 /// Adds −∂r/∂q of one contact.
+#[inline(always)]
 fn add_stiffness(matrix: &mut Stiffness<'_>, edge: usize, contact: &Linear, length: f64) {
     // Column of the contact's six unknowns: x_i, y_i, θ_i, x_j, y_j, θ_j.
     let mut columns = [[0.0; 6]; 6];

@@ -10,9 +10,9 @@ use pulp::NullaryFnOnce;
 
 use super::{
     link::History,
-    quad::{Plain, Quad, Simd},
+    quad::{Plain, Quad},
 };
-use crate::{ContactLaw, tensor::Tensor2};
+use crate::{ContactLaw, simd::Simd, tensor::Tensor2};
 
 /// Pairs in a block.
 pub(super) const LANES: usize = 4;

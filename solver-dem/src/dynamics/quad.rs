@@ -40,32 +40,6 @@ pub(super) trait Quad: Copy {
     }
 }
 
-/// What the processor can do.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Simd {
-    #[cfg(target_arch = "x86_64")]
-    Wide(pulp::x86::V3),
-    #[cfg(target_arch = "x86_64")]
-    Narrow(pulp::x86::V1),
-    Plain,
-}
-
-impl Simd {
-    /// The widest registers there are.
-    #[cfg(target_arch = "x86_64")]
-    pub fn of_this_processor() -> Self {
-        use pulp::x86::{V1, V3};
-        let narrow = || V1::try_new().map_or(Self::Plain, Self::Narrow);
-        V3::try_new().map_or_else(narrow, Self::Wide)
-    }
-
-    /// The widest registers there are.
-    #[cfg(not(target_arch = "x86_64"))]
-    pub fn of_this_processor() -> Self {
-        Self::Plain
-    }
-}
-
 /// Any processor.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Plain;

@@ -7,7 +7,10 @@
 //!
 //! Blocks have `B` rows of `W` ≥ `B` numbers, the rest zero, so that a row fills vector registers.
 
+use pulp::NullaryFnOnce;
+
 use super::elimination::Elimination;
+use crate::simd::Simd;
 
 /// A dense block; columns from `B` on are zero.
 pub(super) type Block<const B: usize, const W: usize> = [[f64; W]; B];
@@ -62,6 +65,11 @@ impl<'a, const B: usize, const W: usize> BlockLu<'a, B, W> {
     /// Replaces the matrix by its factors; `false` when a pivot block is singular.
     #[must_use]
     pub fn factorise(&mut self) -> bool {
+        Simd::run(Factors(self))
+    }
+
+    #[inline(always)]
+    fn eliminate(&mut self) -> bool {
         let Elimination {
             start,
             later,
@@ -93,6 +101,11 @@ impl<'a, const B: usize, const W: usize> BlockLu<'a, B, W> {
 
     /// Solves A·x = b in place for `R` right-hand sides; `b[grain][row][case]`.
     pub fn solve<const R: usize>(&self, b: &mut [[[f64; R]; B]]) {
+        Simd::run(Substitution(self, b));
+    }
+
+    #[inline(always)]
+    fn substitute<const R: usize>(&self, b: &mut [[[f64; R]; B]]) {
         let Elimination {
             order,
             start,
@@ -117,6 +130,35 @@ impl<'a, const B: usize, const W: usize> BlockLu<'a, B, W> {
         for (k, &grain) in order.iter().enumerate() {
             b[grain] = x[k];
         }
+    }
+}
+
+/// [`BlockLu::eliminate`] with wide registers.
+struct Factors<'m, 'e, const B: usize, const W: usize>(&'m mut BlockLu<'e, B, W>);
+
+impl<const B: usize, const W: usize> NullaryFnOnce for Factors<'_, '_, B, W> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn call(self) -> bool {
+        self.0.eliminate()
+    }
+}
+
+/// [`BlockLu::substitute`] with wide registers.
+struct Substitution<'m, 'e, const B: usize, const W: usize, const R: usize>(
+    &'m BlockLu<'e, B, W>,
+    &'m mut [[[f64; R]; B]],
+);
+
+impl<const B: usize, const W: usize, const R: usize> NullaryFnOnce
+    for Substitution<'_, '_, B, W, R>
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        self.0.substitute(self.1);
     }
 }
 

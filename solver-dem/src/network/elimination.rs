@@ -1,5 +1,9 @@
 //! The symbolic part of the elimination of a contact network: what depends on who touches whom alone.
 
+use pulp::NullaryFnOnce;
+
+use crate::simd::Simd;
+
 /// An elimination order and where every block of the factors lies.
 #[derive(Clone, Debug)]
 pub(crate) struct Elimination {
@@ -18,6 +22,11 @@ pub(crate) struct Elimination {
 impl Elimination {
     /// The elimination of a network of `n` grains with the given contacts, each pair at most once.
     pub fn new(n: usize, edges: &[(usize, usize)]) -> Self {
+        Simd::run(Symbolic { n, edges })
+    }
+
+    #[inline(always)]
+    fn of(n: usize, edges: &[(usize, usize)]) -> Self {
         let (order, fill) = minimum_degree(n, edges);
         let mut place = vec![0; n];
         for (k, &grain) in order.iter().enumerate() {
@@ -76,56 +85,95 @@ impl Elimination {
     }
 }
 
+struct Symbolic<'a> {
+    n: usize,
+    edges: &'a [(usize, usize)],
+}
+
+impl NullaryFnOnce for Symbolic<'_> {
+    type Output = Elimination;
+
+    #[inline(always)]
+    fn call(self) -> Elimination {
+        Elimination::of(self.n, self.edges)
+    }
+}
+
 /// The elimination order by minimum degree (ties: lowest number) and, for each eliminated node, its
 /// neighbours at that moment. Sets are bit sets: a REV has few hundred to few thousand grains.
+#[inline(always)]
 fn minimum_degree(n: usize, edges: &[(usize, usize)]) -> (Vec<usize>, Vec<Vec<usize>>) {
     let words = n.div_ceil(64);
     let mut adjacent = vec![0u64; n * words];
     for &(i, j) in edges {
-        adjacent[i * words + j / 64] |= 1 << (j % 64);
-        adjacent[j * words + i / 64] |= 1 << (i % 64);
+        insert(&mut adjacent[i * words..(i + 1) * words], j);
+        insert(&mut adjacent[j * words..(j + 1) * words], i);
     }
-    let count = |set: &[u64]| set.iter().map(|w| w.count_ones()).sum::<u32>();
-    let mut degree: Vec<u32> = (0..n)
+    let mut degree: Vec<usize> = (0..n)
         .map(|i| count(&adjacent[i * words..(i + 1) * words]))
         .collect();
+    // The nodes of each degree.
+    let mut alike = vec![0u64; n * words];
+    for (node, &d) in degree.iter().enumerate() {
+        insert(&mut alike[d * words..(d + 1) * words], node);
+    }
     let mut order = Vec::with_capacity(n);
     let mut fill = Vec::with_capacity(n);
     let mut clique = vec![0u64; words];
     let mut least = 0;
     for _ in 0..n {
-        let mut node = 0;
-        for candidate in 0..n {
-            if degree[candidate] < degree[node] {
-                node = candidate;
+        let node = loop {
+            match members(&alike[least * words..(least + 1) * words]).next() {
+                Some(node) => break node,
+                None => least += 1,
             }
-            // Eliminating a node takes at most itself from a neighbour: nothing can be lower.
-            if degree[node] <= least {
-                break;
-            }
-        }
-        least = degree[node].saturating_sub(1);
+        };
+        remove(&mut alike[least * words..(least + 1) * words], node);
         clique.copy_from_slice(&adjacent[node * words..(node + 1) * words]);
-        let mut neighbours = Vec::with_capacity(degree[node] as usize);
-        for (w, &word) in clique.iter().enumerate() {
-            let mut bits = word;
-            while bits != 0 {
-                neighbours.push(w * 64 + bits.trailing_zeros() as usize);
-                bits &= bits - 1;
-            }
-        }
+        let neighbours: Vec<usize> = members(&clique).collect();
         for &a in &neighbours {
             let set = &mut adjacent[a * words..(a + 1) * words];
             for (mine, theirs) in set.iter_mut().zip(&clique) {
                 *mine |= theirs;
             }
-            set[a / 64] &= !(1 << (a % 64));
-            set[node / 64] &= !(1 << (node % 64));
-            degree[a] = count(set);
+            remove(set, a);
+            remove(set, node);
+            let now = count(set);
+            remove(&mut alike[degree[a] * words..(degree[a] + 1) * words], a);
+            insert(&mut alike[now * words..(now + 1) * words], a);
+            degree[a] = now;
         }
-        degree[node] = u32::MAX;
+        // Eliminating a node takes at most itself from a neighbour: no degree falls by more than one.
+        least = least.saturating_sub(1);
         order.push(node);
         fill.push(neighbours);
     }
     (order, fill)
+}
+
+#[inline(always)]
+fn insert(set: &mut [u64], node: usize) {
+    set[node / 64] |= 1 << (node % 64);
+}
+
+#[inline(always)]
+fn remove(set: &mut [u64], node: usize) {
+    set[node / 64] &= !(1 << (node % 64));
+}
+
+#[inline(always)]
+fn count(set: &[u64]) -> usize {
+    set.iter().map(|word| word.count_ones() as usize).sum()
+}
+
+/// The members of a set, ascending.
+#[inline(always)]
+fn members(set: &[u64]) -> impl Iterator<Item = usize> {
+    set.iter().enumerate().flat_map(|(w, &word)| {
+        std::iter::successors((word != 0).then_some(word), |&rest| {
+            let rest = rest & (rest - 1);
+            (rest != 0).then_some(rest)
+        })
+        .map(move |rest| w * 64 + rest.trailing_zeros() as usize)
+    })
 }
