@@ -63,7 +63,7 @@ impl Default for Settings {
             tolerance: 1e-4,
             drift_tolerance: 1e-5,
             stress_tolerance: 1e-4,
-            rebase_after: 500,
+            rebase_after: 1000,
             return_mapping_cap: 4000,
             path_cap: 60_000,
             ramp_rate: 2e-6,
