@@ -6,7 +6,9 @@
 
 use criterion::{BenchmarkId, Criterion, criterion_group};
 use rustix::time::{ClockId, clock_gettime};
-use solver_dem::{Recipe, Rev, Settings, Start, Tangents, measure::run_cycles, prepare, respond};
+use solver_dem::{
+    Recipe, Rev, Settings, Start, Tangents, Trust, measure::run_cycles, prepare, respond,
+};
 
 /// An increment of biaxial compression.
 const INCREMENT: [[f64; 2]; 2] = [[1.0 + 4e-4, 0.0], [0.0, 1.0 - 1e-3]];
@@ -49,6 +51,7 @@ fn solve(criterion: &mut Criterion) {
         let start = Start {
             state: &cold.state,
             rotations: &cold.rotations,
+            trust: Trust::Guess,
         };
         group.bench_function(BenchmarkId::new("increment, warm", grains), |b| {
             b.iter(|| respond(&rev, Some(start), &near, &Settings::default()));

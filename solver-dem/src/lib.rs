@@ -27,6 +27,7 @@ pub mod homogenise;
 pub mod measure;
 mod neighbours;
 mod network;
+mod onward;
 pub mod prepare;
 mod relax;
 mod respond;
@@ -46,6 +47,6 @@ pub use prepare::{
     SizesError, Target, prepare, settle,
 };
 pub use respond::respond;
-pub use response::{EquilibriumError, Method, Report, Response, Start};
+pub use response::{EquilibriumError, Method, Report, Response, Start, Started, Trust};
 pub use rev::{Contact, Grains, Rev, RevState};
 pub use settings::{LossOfConfinement, Settings, Tangents};

@@ -166,7 +166,6 @@ pub(crate) fn relax(
     };
     let bond = assembly.bond_stress();
     let mut last_stress: Option<Tensor2<2>> = None;
-    let mut trend = Trend::default();
     assembly.compute_forces(limits.friction, Record::All);
     loop {
         let cycle = result.cycles;
@@ -190,10 +189,7 @@ pub(crate) fn relax(
             if cycle >= limits.cap.saturating_add(motion.ramp) || result.residual == f64::INFINITY {
                 return result;
             }
-            let stuck = trend.stagnates(cycle - motion.ramp, result.residual);
-            if (stuck || result.rebased || cycle >= limits.rebase_after)
-                && limits.friction == Friction::ReturnMapping
-            {
+            if cycle >= limits.rebase_after && limits.friction == Friction::ReturnMapping {
                 assembly.rebase();
                 result.rebased = true;
             }
@@ -212,35 +208,6 @@ pub(crate) fn relax(
             Record::Nothing
         };
         assembly.compute_forces(limits.friction, record);
-    }
-}
-
-/// The least residual of each hundred cycles.
-#[derive(Default)]
-struct Trend {
-    least: [f64; 3],
-    windows: usize,
-}
-
-impl Trend {
-    const WINDOW: u32 = 100;
-    /// Sustained oscillations stay above this, slow ends of a relaxation fall below.
-    const FLOOR: f64 = 1e-3;
-
-    /// Takes the residual at a cycle. Whether the last hundred cycles have not even halved what was reached two hundred
-    /// cycles before: return mapping that settles gains a factor ten in that time.
-    fn stagnates(&mut self, cycle: u32, residual: f64) -> bool {
-        if !cycle.is_multiple_of(Self::WINDOW) {
-            let now = &mut self.least[2];
-            *now = now.min(residual);
-            return false;
-        }
-        let [before, _, now] = self.least;
-        let now = now.min(residual);
-        let stagnates = self.windows >= 4 && now > Self::FLOOR.max(0.5 * before);
-        self.least = [self.least[1], now, f64::INFINITY];
-        self.windows += 1;
-        stagnates
     }
 }
 

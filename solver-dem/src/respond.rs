@@ -6,6 +6,7 @@ use crate::{
     dynamics::{Assembly, Friction, Record},
     homogenise::asymmetry,
     network::{self, Linearisation, Network},
+    onward::Onward,
     relax::{CellMotion, Limits, Outcome, Relaxed, relax},
     response::{EquilibriumError, Method, Report, Response, Start},
     settings::{LossOfConfinement, Settings, Tangents},
@@ -17,7 +18,7 @@ const STRAY: f64 = 0.25;
 
 /// Brings `base`, deformed by `gradient` (F, dx_{n+1} = F dx_n), to equilibrium.
 ///
-/// Return mapping first, from `start` or from the affine motion; when that does not settle, the
+/// Return mapping first, from `start` or from the affine motion (or on from `start`, see [`crate::Trust`]); when that does not settle, the
 /// path solver along a ramp from the base. A pure function: same arguments, same bits.
 ///
 /// Where [`Settings::loss_of_confinement`] allows it, a REV pulled apart until no grain touches another is an answer:
@@ -36,6 +37,9 @@ pub fn respond(
     settings: &Settings,
 ) -> Result<Response, EquilibriumError> {
     check(base, gradient)?;
+    if let Some(onward) = start.and_then(|start| Onward::from(base, start, gradient)) {
+        return onward.respond(gradient, settings);
+    }
     let angle = rotation_angle(gradient);
     let back = rotation(-angle);
     let stretch = if angle == 0.0 {
@@ -352,7 +356,7 @@ fn configuration(
 }
 
 /// The largest component of FᵀF − 1, which no rotation changes.
-fn stretched_by(f: &Tensor2<2>) -> f64 {
+pub(crate) fn stretched_by(f: &Tensor2<2>) -> f64 {
     let transposed = [[f[0][0], f[1][0]], [f[0][1], f[1][1]]];
     let c = product(&transposed, f);
     let components = [c[0][0] - 1.0, c[0][1], c[1][1] - 1.0];

@@ -16,6 +16,41 @@ pub struct Start<'a> {
     pub state: &'a RevState<2, 1>,
     /// Rotations of the grains from the base to that end state, radians.
     pub rotations: &'a [f64],
+    /// What the earlier solve is good for.
+    pub trust: Trust,
+}
+
+/// What an earlier answer from the same base is good for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Trust {
+    /// A guess at the configuration. Friction counts from the base: the answer does not depend on the guess, but for its
+    /// cost.
+    #[default]
+    Guess,
+    /// The state that friction counts from: the answer is that of the remaining deformation, its tangent too.
+    Reference,
+}
+
+impl Trust {
+    /// What an answer is good for as a start. One by return mapping from the base is a guess. So is one of a cold
+    /// solve, the first of an iteration, whose F is itself a guess: friction mobilised by going too far stays (1 % of
+    /// the force at 0.6 % strain). Every other depends on its way, and is to be gone on from.
+    pub fn in_answer(report: &Report, started: Started) -> Self {
+        match (report.method, started) {
+            (Method::ReturnMapping, _) | (_, Started::Cold) => Self::Guess,
+            (Method::Rebased | Method::Path, Started::Warm) => Self::Reference,
+        }
+    }
+}
+
+/// Whether a solve had a [`Start`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Started {
+    /// No: its F may be far from where an iteration ends.
+    Cold,
+    /// Yes.
+    Warm,
 }
 
 /// Which solver found the equilibrium.

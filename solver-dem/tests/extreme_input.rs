@@ -8,7 +8,7 @@ use std::sync::Arc;
 use common::{COHESIVE, SHEARED, SMALL, UNIT, distance, relative, stress_control};
 use solver_dem::{
     Cell, Component, Control, EquilibriumError, Grains, LossOfConfinement, Method, Response, Rev,
-    RevState, Settings, Start, drive, respond,
+    RevState, Settings, Start, Trust, drive, respond,
     tensor::{Tensor2, apply, product, rotated2, rotated4, rotation},
 };
 
@@ -350,6 +350,7 @@ fn a_start_that_is_no_configuration_is_survived() {
         let start = Start {
             state: &state,
             rotations: &rotations,
+            trust: Trust::Guess,
         };
         let answer = assert_sound(respond(&SMALL, Some(start), &f, &settings())).unwrap();
         let apart = distance(&answer.stress, &cold.stress);

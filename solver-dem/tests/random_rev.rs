@@ -11,8 +11,8 @@ use std::{
 use common::{distance, recipe, rotated_rev, tight};
 use proptest::{prelude::*, test_runner::RngSeed};
 use solver_dem::{
-    Contact, Grains, Method, Recipe, Response, Rev, RevState, Settings, Sizes, Start, prepare,
-    respond,
+    Contact, Grains, Method, Recipe, Response, Rev, RevState, Settings, Sizes, Start, Trust,
+    prepare, respond,
     tensor::{Tensor2, product, rotated2, rotation},
 };
 
@@ -170,7 +170,7 @@ proptest! {
         prop_assert_eq!(&first, &respond(&read, None, &f, &settings));
         if let Ok(first) = first {
             prop_assert!(first.report.residual <= settings.tolerance);
-            let start = Start { state: &first.state, rotations: &first.rotations };
+            let start = Start { state: &first.state, rotations: &first.rotations, trust: Trust::Guess };
             let near = product(&[[1.0, 1e-5], [0.0, 1.0]], &f);
             let warm = respond(&rev, Some(start), &near, &settings);
             prop_assert_eq!(warm, respond(&read, Some(start), &near, &settings));

@@ -4,7 +4,7 @@
 mod common;
 
 use common::{SHEARED, SMALL, biaxial_step, distance, imported, recipe, tight};
-use solver_dem::{Recipe, Rev, RevState, Settings, Start, prepare, respond};
+use solver_dem::{Recipe, Rev, RevState, Settings, Start, Trust, prepare, respond};
 
 fn bits(state: &RevState<2, 1>) -> Vec<u64> {
     let mut bits: Vec<u64> = state.cell.h.iter().flatten().map(|x| x.to_bits()).collect();
@@ -86,6 +86,7 @@ fn a_warm_start_changes_the_cost_but_not_the_answer() {
     let start = Start {
         state: &first.state,
         rotations: &first.rotations,
+        trust: Trust::Guess,
     };
     let cold = respond(&SMALL, None, &near, &tight()).unwrap();
     let warm = respond(&SMALL, Some(start), &near, &tight()).unwrap();
@@ -105,6 +106,7 @@ fn a_start_of_another_packing_is_not_used() {
     let start = Start {
         state: &other.state,
         rotations: &[0.0; 400],
+        trust: Trust::Guess,
     };
     let with = respond(&SMALL, Some(start), &f, &Settings::default()).unwrap();
     let without = respond(&SMALL, None, &f, &Settings::default()).unwrap();
@@ -121,6 +123,7 @@ fn a_start_gone_astray_does_not_change_the_answer() {
     let start = Start {
         state: &state,
         rotations: &[0.0; 100],
+        trust: Trust::Guess,
     };
     let astray = respond(&SMALL, Some(start), &f, &settings).unwrap();
     let cold = respond(&SMALL, None, &f, &settings).unwrap();

@@ -17,7 +17,7 @@
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
-use solver_dem::{Report, RevState};
+use solver_dem::{Report, RevState, Trust};
 use solver_fem::{GaussPointId, Tensor2, Tensor4};
 use store::{Encoding, Frame, FrameId, Role};
 
@@ -141,6 +141,9 @@ struct StoredAnswer {
     tangent: Tensor4<2>,
     elastic_tangent: Tensor4<2>,
     report: Option<Report>,
+    /// Absent in journals of earlier versions, which went on from no answer.
+    #[serde(default)]
+    trust: Trust,
 }
 
 /// The frame of what an answer holds beside the state.
@@ -151,6 +154,7 @@ pub fn answer_frame(answer: &PointAnswer) -> Frame {
         tangent: answer.tangent,
         elastic_tangent: answer.elastic_tangent,
         report: answer.report,
+        trust: answer.end.trust,
     };
     Frame {
         id: FrameId::new(ANSWER, answer.point.0),
@@ -178,6 +182,7 @@ pub fn read_answer(
         end: Arc::new(PointEnd {
             state: Arc::new(state),
             rotations,
+            trust: stored.trust,
         }),
         stress: stored.stress,
         tangent: stored.tangent,

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
-use solver_dem::{Report, Rev, RevState, Start, respond};
+use solver_dem::{Report, Rev, RevState, Start, Started, Trust, respond};
 use solver_fem::{
     ConstitutiveResponse, GaussPointId, Smoothness, Tensor2, Tensor4, elastic::Elastic,
 };
@@ -33,6 +33,8 @@ pub struct PointEnd {
     pub state: Arc<PointState>,
     /// Rotations of the grains since the base of that wave, radians; empty without grains.
     pub rotations: Vec<f64>,
+    /// What it is good for as a start.
+    pub trust: Trust,
 }
 
 /// One evaluation.
@@ -102,6 +104,7 @@ impl PointTask {
                     end: Arc::new(PointEnd {
                         state: Arc::new(state),
                         rotations: Vec::new(),
+                        trust: Trust::Guess,
                     }),
                     stress: response.stress,
                     tangent: response.tangent,
@@ -121,9 +124,15 @@ impl PointTask {
             PointState::Rev(state) => Some(Start {
                 state: &state.state,
                 rotations: &end.rotations,
+                trust: end.trust,
             }),
             PointState::Elastic { .. } => None,
         });
+        let started = if start.is_some() {
+            Started::Warm
+        } else {
+            Started::Cold
+        };
         let response =
             respond(rev, start, &self.gradient, settings).map_err(|error| error.to_string())?;
         let state = PointState::Rev(with_state(rev, response.state));
@@ -132,6 +141,7 @@ impl PointTask {
             end: Arc::new(PointEnd {
                 state: Arc::new(state),
                 rotations: response.rotations,
+                trust: Trust::in_answer(&response.report, started),
             }),
             stress: response.stress,
             tangent: response.tangent,
