@@ -164,6 +164,28 @@ fn a_signal_stops_the_run_in_order_and_says_how_to_go_on() {
     }
 }
 
+/// A branch that was stopped and says nothing of it looks complete to whoever typed it and to every script.
+#[test]
+fn a_signal_during_a_branch_is_not_reported_as_success() {
+    let place = Workplace::new();
+    let file = place.write("input.yaml", &inputs::biaxial("parent", 40, 2));
+    place.run(["submit", file.to_str().unwrap()]).success();
+    let ordeal = Ordeal {
+        input: &file,
+        run: "stopped",
+        threads: 1,
+    };
+    let mut branch = place.start([
+        "branch", "parent@2", "--hold", "--steps", "20000", "--name", "stopped",
+    ]);
+    while branch.is_alive() && ordeal.events(&place) < 10 {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    branch.signal(Signal::INT);
+    let outcome = branch.wait().ended_with(130);
+    assert!(outcome.err.contains("resume stopped"), "{}", outcome.err);
+}
+
 #[test]
 fn a_complete_run_is_left_as_it_is() {
     let place = Workplace::new();

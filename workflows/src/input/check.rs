@@ -306,7 +306,16 @@ impl<'s> Checker<'s, '_, '_> {
                     );
                 }
             }
-            Value::Text(_) if !forms.words.is_empty() => self.word(node, &forms.words, path),
+            Value::Text(text) if forms.keyed.iter().any(|(key, _)| key == text) => {
+                let message = format!("{} cannot be {}", quoted(path), describe(node));
+                let help = format!("`{text}` is a map: write `{{ {text}: {{}} }}`");
+                self.report.at(path, message, help);
+            }
+            Value::Text(_) if !forms.words.is_empty() => {
+                let keys = forms.keyed.iter().map(|(key, _)| *key);
+                let known: Vec<&str> = forms.words.iter().copied().chain(keys).collect();
+                self.word(node, &known, path);
+            }
             _ => match forms.plain.iter().find(|(kind, _)| is_of_type(node, kind)) {
                 Some((_, schema)) => self.node(node, schema, path),
                 None => {

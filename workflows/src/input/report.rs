@@ -69,6 +69,17 @@ impl<'a> Report<'a> {
         self.errors.is_empty()
     }
 
+    /// Nothing wrong so far with what lies below `path`: there one mistake needs no second message.
+    pub fn is_clean_below(&self, path: &Path) -> bool {
+        let path = path.to_string();
+        !self.errors.iter().any(|error| {
+            error
+                .path
+                .strip_prefix(&path)
+                .is_some_and(|rest| rest.starts_with(['.', '[']))
+        })
+    }
+
     /// All that was found.
     pub fn into_errors(self) -> Vec<InputError> {
         self.errors

@@ -244,7 +244,6 @@ fn compute(
     for (index, (run, problem)) in runs.iter().enumerate() {
         let end = session::advance(store, run, problem, context.threads(), context.progress)
             .map_err(|error| explain(&format!("compute run `{run}`"), error))?;
-        let stopped = matches!(end, SessionEnd::Interrupted(_));
         match ended::ended(context, store, run, &end) {
             Ok(report) => {
                 text.push_str(&report.text);
@@ -253,23 +252,13 @@ fn compute(
             }
             Err(failure) => {
                 data.extend(failure.report().map(|report| report.json.clone()));
+                if matches!(end, SessionEnd::Interrupted(_)) {
+                    // The signal says how the command ended, whatever failed before it.
+                    failed = Some(naming_the_rest(failure, &runs[index + 1..]));
+                    break;
+                }
                 failed = failed.or(Some(failure));
             }
-        }
-        let left: Vec<RunName> = runs[index + 1..]
-            .iter()
-            .map(|(run, _)| run.clone())
-            .collect();
-        if stopped {
-            if let (Some(failure), false) = (failed.take(), left.is_empty()) {
-                let hint = format!(
-                    "{}; likewise for {}, which are not begun yet",
-                    failure.advice().unwrap_or_default(),
-                    super::list::names(&left)
-                );
-                failed = Some(failure.hint(hint));
-            }
-            break;
         }
     }
     let report = Report::new(text, &json!({ "runs": data }));
@@ -277,4 +266,18 @@ fn compute(
         None => Ok(report),
         Some(failure) => Err(failure.with(report)),
     }
+}
+
+/// The stop of one run, its hint extended to those that were to come after it.
+fn naming_the_rest(failure: Failure, rest: &[(RunName, Problem)]) -> Failure {
+    if rest.is_empty() {
+        return failure;
+    }
+    let left: Vec<RunName> = rest.iter().map(|(run, _)| run.clone()).collect();
+    let hint = format!(
+        "{}; likewise for {}, which are not begun yet",
+        failure.advice().unwrap_or_default(),
+        super::list::names(&left)
+    );
+    failure.hint(hint)
 }

@@ -165,9 +165,17 @@ fn in_words(event: &str, data: &Value) -> String {
             number("of")
         ),
         "preparing" => format!(
-            "preparing {} packings, {} in the cache",
-            number("packings"),
+            "preparing {}, {} in the cache",
+            text::count(number("packings") as usize, "packing"),
             number("cached")
+        ),
+        "packing_ready" => "a packing is ready".to_owned(),
+        "wave_started" => format!(
+            "step {}: iteration {}, {}, {} of them done before",
+            number("step"),
+            number("wave") + 1,
+            text::count(number("tasks") as usize, "REV task"),
+            number("done")
         ),
         "step_started" => format!("step {} begins, stage {}", number("step"), word("stage")),
         "iteration" => format!(

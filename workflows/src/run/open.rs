@@ -50,7 +50,10 @@ pub fn refused(context: &Context<'_>, error: OpenError) -> Failure {
 /// A failure of a run, with the exit code of its kind.
 pub fn explain(what: &str, error: RunError) -> Failure {
     let kind = match &error {
-        RunError::Model(_) | RunError::Packing { .. } => FailureKind::Usage,
+        // Nothing is wrong with the store: the user gave the step up.
+        RunError::Model(_)
+        | RunError::Packing { .. }
+        | RunError::Read(store::ReadError::Pruned(_)) => FailureKind::Usage,
         RunError::Preparation { .. }
         | RunError::Task { .. }
         | RunError::Engine(_)
@@ -69,6 +72,9 @@ pub fn explain(what: &str, error: RunError) -> Failure {
             "free space on the disk, then `femdem-flow resume RUN`: nothing that is committed is lost",
         ),
         RunError::Read(store::ReadError::NoSuchRun(_)) => Some("`femdem-flow runs` lists the runs"),
+        RunError::Read(store::ReadError::Pruned(_)) => {
+            Some("`femdem-flow show RUN` has its figures and tells which load steps are kept")
+        }
         RunError::Read(_) | RunError::Decode(_) | RunError::Manifest(_) => {
             Some("`femdem-flow store check` says what is damaged and what to do")
         }

@@ -197,10 +197,10 @@ fn heading(context: &Context<'_>, run: &RunView) -> String {
 fn facts(run: &RunView, packings: &Result<Vec<Packing>, RunError>) -> String {
     let (manifest, problem) = (&run.manifest, &run.manifest.problem);
     let mut text = format!(
-        "  created    {} UTC, femdem-flow {}, {} threads, {}\n",
+        "  created    {} UTC, femdem-flow {}, {}, {}\n",
         text::utc(run.record.created),
         manifest.version,
-        manifest.threads,
+        text::count(manifest.threads, "thread"),
         manifest.cpu.join(" "),
     );
     text.push_str(&machines(run));
@@ -231,11 +231,11 @@ fn facts(run: &RunView, packings: &Result<Vec<Packing>, RunError>) -> String {
                     format!(", residual {:.1e}", quality.residual)
                 });
                 text.push_str(&format!(
-                    "  packing {number:<2} {} grains, void ratio {:.4}, coordination {:.2}, {} rattlers{residual}\n",
+                    "  packing {number:<2} {} grains, void ratio {:.4}, coordination {:.2}, {}{residual}\n",
                     packing.rev.grains.radii.len(),
                     packing.rev.void_ratio(),
                     packing.rev.coordination(),
-                    packing.rev.rattlers(),
+                    text::count(packing.rev.rattlers(), "rattler"),
                 ));
             }
             if packings.len() > MOST_PACKINGS {

@@ -5,6 +5,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::remaining::{Remaining, in_words};
 use crate::progress::{CommittedStep, Progress};
+use crate::run::text;
 
 /// Writes plain lines.
 pub struct Lines<W: Write + Send> {
@@ -73,8 +74,9 @@ impl<W: Write + Send> Progress for Lines<W> {
     fn iteration(&self, iteration: u32, residual: f64) {
         let mut state = self.state();
         let line = format!(
-            "{}: iteration {iteration}, residual {residual:.1e}, {} REV tasks",
-            state.step, state.tasks
+            "{}: iteration {iteration}, residual {residual:.1e}, {}",
+            state.step,
+            text::count(state.tasks as usize, "REV task")
         );
         state.line(&line);
     }

@@ -34,6 +34,7 @@ pub struct NoteArgs {
     /// The run.
     run: RunName,
     /// What is to be remembered of it.
+    #[arg(value_parser = clap::builder::NonEmptyStringValueParser::new())]
     text: String,
 }
 

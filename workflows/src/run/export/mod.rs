@@ -15,6 +15,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::json;
 use solver_fem::boundary::Target;
+use store::StepHealth;
 
 use self::body::BodyResults;
 pub use self::test_curve::test_curve;
@@ -134,8 +135,7 @@ fn write(
     let results = BodyResults::open(view, run, body)?;
     let mut table = curves::Curves::new(run, &results, body);
     let (mut fields, mut points) = (Vec::new(), Vec::new());
-    let (sound, damaged): (Vec<_>, Vec<_>) =
-        run.steps.iter().partition(|step| step.record.is_sound());
+    let (sound, lost): (Vec<_>, Vec<_>) = run.steps.iter().partition(|step| step.record.is_sound());
     for step in &sound {
         let state = results.state(step)?;
         table.push(step, &state)?;
@@ -159,11 +159,16 @@ fn write(
     pvd::write(&folder.join(FIELDS), &fields)?;
     pvd::write(&folder.join(POINTS), &points)?;
     files.extend([FIELDS.to_owned(), POINTS.to_owned()]);
-    if !damaged.is_empty() {
-        let note = format!(
-            "{} damaged load steps were left out; `femdem-flow store check` names them",
-            damaged.len()
-        );
+    let is_pruned = |step: &&&StepView| step.record.health == StepHealth::Pruned;
+    let pruned = lost.iter().filter(is_pruned).count();
+    let damaged = lost.len() - pruned;
+    if pruned > 0 {
+        let steps = text::count(pruned, "pruned load step");
+        context.progress.note(&format!("left out: {steps}"));
+    }
+    if damaged > 0 {
+        let steps = text::count(damaged, "damaged load step");
+        let note = format!("left out: {steps}; `femdem-flow store check` has more on this");
         context.progress.note(&note);
     }
     Ok(files)

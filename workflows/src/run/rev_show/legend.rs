@@ -12,10 +12,14 @@ const LETTER: f64 = 0.55 * SIZE;
 /// Length of the lines that stand for forces.
 const SAMPLE: f64 = 26.0;
 
-/// One entry: how wide its sample is, how that is drawn (from a point on its left, with the width of the line of a mean
-/// force), and what is said.
+/// Space on the left of a sample; round ends of lines up to twice as wide lie within it.
+const MARGIN: f64 = 6.0;
+
+/// One entry: how wide its sample is, how wide its line (as a multiple of that of a mean force), how it is drawn (from a
+/// point on its left, with the width of the line of a mean force), and what is said.
 struct Entry {
     width: f64,
+    line: f64,
     draw: fn(&mut Scene, [f64; 2], f64),
     text: &'static str,
 }
@@ -32,6 +36,7 @@ pub fn draw(scene: &mut Scene, at: [f64; 2], mean: f64, subject: &Subject) {
             s.contacts > 0,
             Entry {
                 width: SAMPLE,
+                line: 1.0,
                 draw: |scene, at, mean| bar(scene, at, BLUE, mean),
                 text: "mean force",
             },
@@ -40,6 +45,7 @@ pub fn draw(scene: &mut Scene, at: [f64; 2], mean: f64, subject: &Subject) {
             s.contacts > 0,
             Entry {
                 width: SAMPLE,
+                line: 3.0,
                 draw: |scene, at, mean| bar(scene, at, BLUE, 3.0 * mean),
                 text: "3 × mean",
             },
@@ -48,6 +54,7 @@ pub fn draw(scene: &mut Scene, at: [f64; 2], mean: f64, subject: &Subject) {
             s.tensile_fraction > 0.0,
             Entry {
                 width: SAMPLE,
+                line: 1.0,
                 draw: |scene, at, mean| bar(scene, at, VERMILION, mean),
                 text: "tension",
             },
@@ -56,6 +63,7 @@ pub fn draw(scene: &mut Scene, at: [f64; 2], mean: f64, subject: &Subject) {
             s.sliding_fraction > 0.0,
             Entry {
                 width: 8.0,
+                line: 0.0,
                 draw: |scene, [x, y], _| {
                     let paint = Paint::fill(YELLOW).outlined(INK, 0.7);
                     scene.circle([x + 4.0, y], 3.6, &paint);
@@ -67,6 +75,7 @@ pub fn draw(scene: &mut Scene, at: [f64; 2], mean: f64, subject: &Subject) {
             s.rattlers > 0,
             Entry {
                 width: 14.0,
+                line: 0.0,
                 draw: |scene, [x, y], _| {
                     let paint = Paint::fill(WHITE).outlined(GREY, 0.9).dashed(2.0, 1.5);
                     scene.circle([x + 7.0, y], 7.0, &paint);
@@ -78,6 +87,7 @@ pub fn draw(scene: &mut Scene, at: [f64; 2], mean: f64, subject: &Subject) {
             true,
             Entry {
                 width: 14.0,
+                line: 0.0,
                 draw: |scene, at, _| {
                     scene.group("sample", 0.45, |scene| {
                         let paint = Paint::fill(GRAIN.0).outlined(GRAIN.1, 0.7);
@@ -90,8 +100,9 @@ pub fn draw(scene: &mut Scene, at: [f64; 2], mean: f64, subject: &Subject) {
     ];
     let [mut x, y] = at;
     for (_, entry) in entries.iter().filter(|(shown, _)| *shown) {
-        (entry.draw)(scene, [x + 6.0, y], mean);
-        x += entry.width + 16.0;
+        let round_end = (0.5 * entry.line * mean - MARGIN).max(0.0);
+        (entry.draw)(scene, [x + MARGIN + round_end, y], mean);
+        x += MARGIN + entry.width + 2.0 * round_end + 10.0;
         scene.text([x, y + 0.36 * SIZE], &Text::new(entry.text, SIZE));
         x += LETTER * entry.text.chars().count() as f64 + 12.0;
     }
