@@ -341,3 +341,19 @@ fn impossible_recipes_are_refused_with_the_reason() {
         assert!(matches!(error, PreparationError::Recipe(_)), "{error}");
     }
 }
+
+/// Sizes whose quotients or squares overflow made grains of no size, and a preparation without end.
+#[test]
+fn sizes_near_the_ends_of_the_number_range_are_refused() {
+    let narrow = Sizes::LogNormal {
+        deviation: 1e-310,
+        smallest: 0.5,
+        largest: 2.0,
+    };
+    assert!(narrow.check().is_err());
+    let tiny = Sizes::Table {
+        by: Fraction::Area,
+        curve: vec![[1e-200, 0.0], [2e-200, 1.0]],
+    };
+    assert!(tiny.check().is_err());
+}

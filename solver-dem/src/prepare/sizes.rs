@@ -20,7 +20,7 @@ pub enum Sizes {
     },
     /// ln(d/median) is normally distributed (by number), cut off on both sides.
     LogNormal {
-        /// Standard deviation of ln d before the cut, > 0.
+        /// Standard deviation of ln d before the cut, ≥ 1e-3.
         deviation: f64,
         /// Smallest diameter over the median, in (0, 1).
         smallest: f64,
@@ -47,6 +47,9 @@ pub enum Fraction {
     Area,
 }
 
+/// Below it all grains are the same to any purpose.
+const SMALLEST_DEVIATION: f64 = 1e-3;
+
 /// Why a distribution has no meaning.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SizesError {
@@ -56,8 +59,8 @@ pub enum SizesError {
         /// Rmax/Rmin.
         ratio: f64,
     },
-    /// The deviation is no positive number.
-    #[error("the deviation is {0}, it must be a positive number")]
+    /// The deviation is too small or no number.
+    #[error("the deviation is {0}, it must be a number from {SMALLEST_DEVIATION}")]
     Deviation(f64),
     /// The cut-offs do not enclose the median.
     #[error(
@@ -101,7 +104,8 @@ impl Sizes {
                 smallest,
                 largest,
             } => {
-                if !(*deviation > 0.0 && deviation.is_finite()) {
+                // Below, ln d over the deviation overflows.
+                if !(SMALLEST_DEVIATION..f64::INFINITY).contains(deviation) {
                     return Err(SizesError::Deviation(*deviation));
                 }
                 if !(*smallest > 0.0 && *smallest < 1.0 && *largest > 1.0) {
@@ -178,8 +182,9 @@ fn check_curve(curve: &[[f64; 2]]) -> Result<(), SizesError> {
     let problem = |row: usize| {
         let [size, fraction] = curve[row];
         let first_or_last = row == 0 || row + 1 == curve.len();
-        if !(size > 0.0 && size.is_finite()) {
-            Some("the size must be a positive number")
+        // Squares of sizes and their inverses are taken.
+        if !(1e-60..1e60).contains(&size) {
+            Some("the size must be a positive number, from 1e-60 to 1e60")
         } else if !(0.0..=1.0).contains(&fraction) {
             Some("the fraction must be in [0, 1]")
         } else if row == 0 && fraction != 0.0 {

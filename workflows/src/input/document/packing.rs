@@ -29,7 +29,7 @@ pub struct Uniform {
 #[serde(deny_unknown_fields)]
 pub struct LogNormal {
     /// Standard deviation of the natural logarithm of the diameter, before the cut.
-    #[schemars(extend("exclusiveMinimum" = 0.0), range(max = 10.0))]
+    #[schemars(range(min = 1e-3, max = 10.0))]
     pub deviation: f64,
     /// Smallest diameter over the median.
     #[serde(default = "half")]
