@@ -3,7 +3,7 @@
 //! | kind | index | role | content |
 //! |---|---|---|---|
 //! | 1 `POINT` | Gauss point | content | its state: cell, positions, contacts (or the elastic stress) |
-//! | 2 `ANSWER` | Gauss point | diagnostic, journal only | rotations, stress, tangents, report |
+//! | 2 `ANSWER` | Gauss point | diagnostic, journal only | rotations, stress, tangents, report, what it is good for as a start |
 //! | 3 `PACKING` | packing | content, step 0 only | grains, law, state, stress, tangent |
 //! | 4 `DEAL` | 0 | content, step 0 only | the packing of each Gauss point |
 //! | 5 `MACRO` | 0 | content | the macro state |
