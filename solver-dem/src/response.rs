@@ -9,7 +9,7 @@ use crate::{
 };
 
 /// A configuration near the solution, from an earlier solve from the same base: relaxation
-/// starts from there instead of from the affine motion. It changes the cost, not the problem.
+/// starts from there instead of from the affine motion. As a guess it changes the cost, not the problem; see [`Trust`].
 #[derive(Clone, Copy, Debug)]
 pub struct Start<'a> {
     /// End state of the earlier solve.
@@ -59,7 +59,8 @@ pub enum Started {
 pub enum Method {
     /// Friction by return mapping from the base state.
     ReturnMapping,
-    /// The same, the reference state re-based on the way because it did not settle.
+    /// The same, the reference state re-based on the way because it did not settle, or gone on from an earlier answer
+    /// that was ([`Trust::Reference`]).
     Rebased,
     /// Friction integrated along a slow ramp.
     Path,

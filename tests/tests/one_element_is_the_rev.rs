@@ -9,7 +9,7 @@
 //! element test solves the boundary value problem exactly, and the free displacements have to find it.
 //!
 //! How close is honest? With the macro solver at 1e-6 and the REVs at 1e-7, steps of 2e-4, σ0 = 1, the stresses
-//! measured differ by 3e-9 … 7e-8 after the first step and by 6e-4 (biaxial), 4e-4 (constant volume), 1.2e-3 (simple
+//! measured differ by 3e-9 … 7e-8 after the first step and by 8e-4 (biaxial), 4e-4 (constant volume), 1.2e-3 (simple
 //! shear) at most up to 0.3 %, where the axial stress is 2.8 (other packings: 2e-6 … 9e-3): the element brings its
 //! packings to the same F another way than the element test does, and a contact that slips or opens on one of the ways
 //! only is remembered. That is the memory of the material, not an error of the coupling, and smaller steps make it

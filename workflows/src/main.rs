@@ -1,7 +1,7 @@
 //! The command `femdem-flow`.
 
 /// Every REV solve takes and frees a few megabytes: glibc hands them back to the operating system and fetches them
-/// again page by page, a tenth of the time of a run.
+/// again page by page, a tenth of the time of a short solve.
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
