@@ -56,6 +56,7 @@ pub mod constitutive;
 pub mod elastic;
 pub mod element;
 pub mod kinematics;
+pub mod layout;
 pub mod linear_solver;
 pub mod mesh;
 pub mod newton;

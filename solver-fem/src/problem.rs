@@ -11,6 +11,7 @@ use crate::boundary::{BoundaryProblem, Condition, Constraints, SurfaceLoads};
 use crate::constitutive::GaussPointId;
 use crate::element::{Element, Q8};
 use crate::kinematics::{InvertedElement, ReferencePoint, point_geometry, position};
+use crate::layout::Layout;
 use crate::linear_solver::{FaerLu, LinearError, LinearSolver};
 use crate::mesh::{Mesh, MeshProblem};
 
@@ -42,6 +43,7 @@ pub struct Problem<const D: usize> {
     mesh: Mesh<D>,
     element: Arc<dyn Element<D>>,
     reference: Vec<ReferencePoint<D>>,
+    layout: Layout<D>,
     initial: Vec<f64>,
     constraints: Constraints,
     loads: SurfaceLoads,
@@ -96,7 +98,8 @@ impl<const D: usize> Problem<D> {
                 ..ProblemError::default()
             });
         }
-        let pattern = Arc::new(Pattern::new(&mesh, &constraints));
+        let layout = Layout::displacement(&mesh);
+        let pattern = Arc::new(Pattern::new(&mesh, &layout, &constraints));
         let solver = FaerLu::analyse(Arc::clone(&pattern)).map_err(|error| ProblemError {
             linear: Some(error),
             ..ProblemError::default()
@@ -122,6 +125,7 @@ impl<const D: usize> Problem<D> {
             mesh,
             element,
             reference,
+            layout,
             constraints,
             load_count,
             pattern,
@@ -148,6 +152,11 @@ impl<const D: usize> Problem<D> {
     /// Initial coordinates, node after node.
     pub fn initial(&self) -> &[f64] {
         &self.initial
+    }
+
+    /// Which unknowns there are and where each stands.
+    pub fn layout(&self) -> &Layout<D> {
+        &self.layout
     }
 
     /// Prescribed and free degrees of freedom.
