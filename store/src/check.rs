@@ -8,6 +8,7 @@ use crate::cache;
 use crate::error::{CheckError, ReadError};
 use crate::files;
 use crate::id::{Digest, RunName, StepAddress};
+use crate::label;
 use crate::layout::{Layout, RunFile};
 use crate::run;
 use crate::source::Source;
@@ -27,6 +28,8 @@ pub enum Depth {
 pub enum Severity {
     /// Something that costs nothing but space.
     Leftover,
+    /// Something was of an earlier format and is of the present one now.
+    Upgraded,
     /// Something was wrong and has been put right.
     Repaired,
     /// Something is lost or unreadable.
@@ -130,6 +133,10 @@ fn check_run(
         report
             .findings
             .push(Finding::damage(&layout.state(name), &error));
+    }
+    if let Err(error) = label::read(layout, name) {
+        let finding = Finding::damage(&layout.label(name), &error);
+        report.findings.push(finding);
     }
     let steps = match source.own_steps(name) {
         Ok(steps) => steps,

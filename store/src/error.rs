@@ -84,8 +84,9 @@ pub enum OpenError {
         dir: PathBuf,
     },
     /// A store of a format that this version does not know.
-    #[error("open the store `{}`: its format is {found}, this version knows format {known}; \
-             use the femdem-flow version that wrote it", dir.display(), known = crate::format::VERSION)]
+    #[error("open the store `{}`: its format is {found}, femdem-flow {version} knows formats {oldest} to {known}; \
+             use the femdem-flow version that wrote it, or a later one", dir.display(),
+             version = env!("CARGO_PKG_VERSION"), oldest = crate::format::OLDEST, known = crate::format::VERSION)]
     UnknownFormat {
         /// The folder.
         dir: PathBuf,
@@ -157,6 +158,34 @@ pub enum RunError {
         source: ReadError,
     },
     /// The run's record is missing or damaged.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The operating system refused.
+    #[error(transparent)]
+    Io(#[from] IoFailure),
+}
+
+/// Giving a run another name failed.
+#[derive(Debug, Error)]
+pub enum RenameError {
+    /// Another run answers to the name: it is called so, or it was born with it.
+    #[error("give the name `{name}`, which belongs to the run `{by}`")]
+    Taken {
+        /// The name that was asked for.
+        name: RunName,
+        /// The run that has it, as people call it.
+        by: RunName,
+    },
+    /// The store's format has no labels yet.
+    #[error("give a name in a store of format {found}, which has none to give")]
+    EarlierFormat {
+        /// The format's number.
+        found: u64,
+    },
+    /// There is no store.
+    #[error(transparent)]
+    Open(#[from] OpenError),
+    /// There is no such run.
     #[error(transparent)]
     Read(#[from] ReadError),
     /// The operating system refused.
@@ -279,23 +308,31 @@ pub enum CommitError {
     Io(#[from] IoFailure),
 }
 
+/// Why a run cannot lose steps now. Runs are named as people call them.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+pub enum InUse {
+    /// Another run takes up a step that would go.
+    #[error("`{child}` takes up {parent}")]
+    Branch {
+        /// The other run.
+        child: RunName,
+        /// The step.
+        parent: StepAddress,
+    },
+    /// A step of it is being computed.
+    #[error("the journal of `{0}` is open")]
+    Journal(RunName),
+}
+
 /// Setting a run back failed.
 #[derive(Debug, Error)]
 pub enum SetBackError {
-    /// Another run branches off a step that would go.
-    #[error("set the run back: `{child}` branches off {parent}")]
-    HasBranch {
-        /// The branch.
-        child: RunName,
-        /// The step it starts from.
-        parent: StepAddress,
-    },
+    /// Something needs what would go.
+    #[error("set the run back: {0}")]
+    InUse(#[from] InUse),
     /// The step belongs to an ancestor, or the run has no such step.
     #[error("set the run back to before {0}, which is no step of its own")]
     NotOwnStep(StepAddress),
-    /// The run has a journal open.
-    #[error("set back `{0}` while its journal is open")]
-    Busy(RunName),
     /// The run's record is missing or damaged.
     #[error(transparent)]
     Read(#[from] ReadError),
@@ -307,17 +344,9 @@ pub enum SetBackError {
 /// Deleting a run failed; it is whole or gone.
 #[derive(Debug, Error)]
 pub enum DeleteError {
-    /// Another run takes up one of its steps.
-    #[error("delete the run: `{child}` takes up {parent}")]
-    HasBranch {
-        /// The other run.
-        child: RunName,
-        /// The step.
-        parent: StepAddress,
-    },
-    /// The run has a journal open.
-    #[error("delete `{0}` while its journal is open")]
-    Busy(RunName),
+    /// Something needs the run.
+    #[error("delete the run: {0}")]
+    InUse(#[from] InUse),
     /// A run's record is missing or damaged.
     #[error(transparent)]
     Read(#[from] ReadError),
@@ -329,9 +358,9 @@ pub enum DeleteError {
 /// Pruning a run failed; each of its steps is whole or pruned.
 #[derive(Debug, Error)]
 pub enum PruneError {
-    /// The run has a journal open.
-    #[error("prune `{0}` while its journal is open")]
-    Busy(RunName),
+    /// Something needs the run as it is.
+    #[error("prune the run: {0}")]
+    InUse(#[from] InUse),
     /// A run's record is missing or damaged.
     #[error(transparent)]
     Read(#[from] ReadError),

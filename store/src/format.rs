@@ -7,10 +7,12 @@ use crate::error::{Damage, IoFailure, OpenError};
 use crate::files;
 use crate::layout::Layout;
 
-/// The version of the on-disk format that this crate reads and writes.
-pub const VERSION: u64 = 1;
+/// The version of the on-disk format that this crate writes.
+pub const VERSION: u64 = 2;
+/// The oldest version that it reads, and takes along when it opens a store for writing.
+pub(crate) const OLDEST: u64 = 1;
 /// The whole content of `FORMAT`.
-pub(crate) const LINE: &str = "femdem-flow store format 1\n";
+pub(crate) const LINE: &str = "femdem-flow store format 2\n";
 const PREFIX: &str = "femdem-flow store format ";
 
 /// What `FORMAT` says about the folder.
@@ -18,6 +20,8 @@ const PREFIX: &str = "femdem-flow store format ";
 pub(crate) enum Found {
     /// A store of this version.
     Known,
+    /// A store of this earlier version. All that is in it means the same in the present one.
+    Earlier(u64),
     /// No store yet, and nothing in the way of making one.
     Nothing,
 }
@@ -53,6 +57,7 @@ fn parse(layout: &Layout, bytes: &[u8]) -> Result<Found, OpenError> {
         .and_then(|text| text.strip_prefix(PREFIX)?.strip_suffix('\n'))
         .and_then(|number| number.parse::<u64>().ok());
     match number {
+        Some(found) if (OLDEST..VERSION).contains(&found) => Ok(Found::Earlier(found)),
         Some(found) if found != VERSION => Err(OpenError::UnknownFormat {
             dir: layout.root().to_owned(),
             found,
@@ -69,7 +74,7 @@ fn parse(layout: &Layout, bytes: &[u8]) -> Result<Found, OpenError> {
     }
 }
 
-/// Writes `FORMAT`, the first file of a new store.
+/// Writes `FORMAT`: the first file of a new store, the only one that an upgrade changes.
 pub(crate) fn write(layout: &Layout) -> Result<(), IoFailure> {
     files::write_atomic(&layout.format(), LINE.as_bytes())
 }

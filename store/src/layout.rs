@@ -61,6 +61,16 @@ impl Layout {
         self.root.join("cache")
     }
 
+    /// Work that waits for the store; the caller's, like the event logs.
+    pub(crate) fn queue(&self) -> PathBuf {
+        self.root.join("queue")
+    }
+
+    /// Locked by who gives a run its name, so that no two runs get the same one.
+    pub(crate) fn names(&self) -> PathBuf {
+        self.root.join("NAMES")
+    }
+
     pub(crate) fn run(&self, run: &RunName) -> PathBuf {
         self.packs().join(run.as_str())
     }
@@ -75,6 +85,10 @@ impl Layout {
 
     pub(crate) fn state(&self, run: &RunName) -> PathBuf {
         self.run(run).join("state.rmp")
+    }
+
+    pub(crate) fn label(&self, run: &RunName) -> PathBuf {
+        self.run(run).join("label.rmp")
     }
 
     pub(crate) fn events(&self, run: &RunName) -> PathBuf {

@@ -40,6 +40,7 @@ mod format;
 mod frame;
 mod id;
 mod journal;
+mod label;
 mod layout;
 mod lock;
 mod open;
@@ -57,13 +58,15 @@ mod store;
 
 pub use check::{CheckReport, Depth, Finding, Severity};
 pub use error::{
-    CacheError, CheckError, CommitError, Damage, DeleteError, FrameError, IoFailure, JournalError,
-    OpenError, PruneError, ReadError, RebuildError, RunError, SetBackError, SpaceError,
+    CacheError, CheckError, CommitError, Damage, DeleteError, FrameError, InUse, IoFailure,
+    JournalError, OpenError, PruneError, ReadError, RebuildError, RenameError, RunError,
+    SetBackError, SpaceError,
 };
 pub use format::VERSION as FORMAT_VERSION;
 pub use frame::{Encoding, Frame, FrameId, Role};
 pub use id::{Digest, RunName, RunNameError, StepAddress, StepIndex, WaveIndex};
 pub use journal::{Committed, Seal, StepJournal, WaveContents, WaveOpening};
+pub use label::{Names, rename_run};
 pub use read_only::ReadOnlyStore;
 pub use run::{NewRun, RunRecord, RunState};
 pub use space::{StoreInfo, free_space_at};

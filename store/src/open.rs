@@ -12,6 +12,7 @@ use crate::error::{IoFailure, OpenError, ReadError};
 use crate::files;
 use crate::format::{self, Found};
 use crate::id::{RunName, StepIndex};
+use crate::label::{self, NameLock};
 use crate::layout::{Layout, RunFile};
 use crate::lock::Lock;
 use crate::run::{self, StateFile};
@@ -25,14 +26,21 @@ pub(crate) fn open(dir: &Path) -> Result<Inner, OpenError> {
     // Before the lock: a folder that is no store must not get one.
     format::read(&layout)?;
     let lock = Lock::take(&layout)?;
-    if format::read(&layout)? == Found::Nothing {
-        format::write(&layout)?;
+    let mut report = Vec::new();
+    match format::read(&layout)? {
+        Found::Known => {}
+        Found::Nothing => format::write(&layout)?,
+        Found::Earlier(version) => upgrade(&layout, version, &mut report)?,
     }
     files::create_folder(&layout.packs())?;
     files::create_folder(&layout.cache())?;
+    files::create_folder(&layout.queue())?;
 
-    let mut report = Vec::new();
-    sweep_temporaries(&layout, &mut report)?;
+    {
+        // What is being written at this moment is no leftover.
+        let _naming = NameLock::take(&layout)?;
+        sweep_temporaries(&layout, &mut report)?;
+    }
     let (database, contents) = open_database(&layout, &mut report)?;
     repair_runs(&layout, &contents, &mut report)?;
     let (wanted, steps) = survey(&layout, &contents.steps)?;
@@ -59,6 +67,20 @@ pub(crate) fn open(dir: &Path) -> Result<Inner, OpenError> {
         report,
         _lock: lock,
     })
+}
+
+/// Takes a store of an earlier format along. What format 1 lays down is the same in format 2, so that the new line in
+/// `FORMAT` is the whole upgrade: it is there or it is not, whenever a crash comes.
+fn upgrade(layout: &Layout, from: u64, report: &mut Vec<Finding>) -> Result<(), IoFailure> {
+    format::write(layout)?;
+    let what = format!(
+        "the store was of format {from} and is of format {} now; all that is in it is as it was, but earlier versions \
+         of femdem-flow do not open it any more",
+        format::VERSION
+    );
+    let path = layout.format();
+    report.push(Finding::new(Severity::Upgraded, &path, &what, ""));
+    Ok(())
 }
 
 fn repaired(path: &Path, what: &str) -> Finding {
@@ -157,6 +179,11 @@ fn repair_runs(
                 None => "the record of the run's state was lost; it counts as interrupted",
             };
             report.push(repaired(&layout.state(&run), what));
+        }
+    }
+    for run in layout.run_names()? {
+        if let Err(error) = label::read(layout, &run) {
+            report.push(Finding::damage(&layout.label(&run), &error));
         }
     }
     let present: BTreeSet<RunName> = layout.run_names()?.into_iter().collect();

@@ -4,9 +4,10 @@ use serde::{Deserialize, Serialize};
 use serde_bytes::ByteBuf;
 
 use crate::database::Change;
-use crate::error::{Damage, DeleteError, IoFailure, PruneError, ReadError};
+use crate::error::{Damage, DeleteError, InUse, IoFailure, PruneError, ReadError};
 use crate::files;
 use crate::id::{Digest, RunName, StepAddress, StepIndex};
+use crate::label;
 use crate::layout::Layout;
 use crate::open;
 use crate::record;
@@ -72,9 +73,7 @@ impl Store {
         run: &RunName,
         keep: impl Fn(StepIndex) -> bool,
     ) -> Result<Vec<StepRecord>, PruneError> {
-        if locked(&self.inner.journals).contains(run) {
-            return Err(PruneError::Busy(run.clone()));
-        }
+        self.refuse_while_computed(run)?;
         let prunable = self.prunable(run, keep)?;
         let layout = &self.inner.layout;
         for step in &prunable {
@@ -107,20 +106,14 @@ impl Store {
     /// Deletes a run and all that is its own. Refused where another run takes it up. Returns the bytes that are free
     /// again.
     pub fn delete_run(&self, run: &RunName) -> Result<u64, DeleteError> {
-        if locked(&self.inner.journals).contains(run) {
-            return Err(DeleteError::Busy(run.clone()));
-        }
+        self.refuse_while_computed(run)?;
         let layout = &self.inner.layout;
         let dir = layout.run(run);
         if !dir.is_dir() {
             return Err(ReadError::NoSuchRun(run.clone()).into());
         }
-        if let Some((child, step)) = self.children(run)?.into_iter().next() {
-            let parent = StepAddress {
-                run: run.clone(),
-                step,
-            };
-            return Err(DeleteError::HasBranch { child, parent });
+        if let Some(branch) = self.taken_up(run, StepIndex(0))? {
+            return Err(branch.into());
         }
         // What would call the run missing forgets it first: a crash before the rename leaves the whole run.
         let own = self.inner.own_steps(run)?;
@@ -139,6 +132,34 @@ impl Store {
         locked(&self.inner.steps).remove(run);
         std::fs::remove_dir_all(&gone).map_err(IoFailure::of("remove", &gone))?;
         Ok(bytes)
+    }
+
+    /// Refuses where a step of `run` is being computed.
+    pub(crate) fn refuse_while_computed(&self, run: &RunName) -> Result<(), InUse> {
+        if !locked(&self.inner.journals).contains(run) {
+            return Ok(());
+        }
+        let label = label::read(&self.inner.layout, run).unwrap_or(None);
+        Err(InUse::Journal(label.unwrap_or_else(|| run.clone())))
+    }
+
+    /// A run that takes up `run` at `step` or later, if there is one.
+    pub(crate) fn taken_up(
+        &self,
+        run: &RunName,
+        step: StepIndex,
+    ) -> Result<Option<InUse>, ReadError> {
+        let children = self.children(run)?;
+        let Some((child, at)) = children.into_iter().find(|(_, at)| *at >= step) else {
+            return Ok(None);
+        };
+        let names = self.names()?;
+        let parent = StepAddress {
+            run: names.shown(run),
+            step: at,
+        };
+        let child = names.shown(&child);
+        Ok(Some(InUse::Branch { child, parent }))
     }
 
     /// The runs that take up a step of `run`, each with the step. One whose record cannot be read is an error: it might

@@ -8,6 +8,7 @@ use crate::error::{CheckError, IoFailure, JournalError, OpenError, ReadError};
 use crate::format::{self, Found};
 use crate::id::{Digest, RunName, StepIndex, WaveIndex};
 use crate::journal::{self, WaveContents};
+use crate::label::Names;
 use crate::layout::Layout;
 use crate::run::RunRecord;
 use crate::source::Source;
@@ -41,7 +42,7 @@ impl ReadOnlyStore {
             return Err(missing());
         }
         match format::read(&layout)? {
-            Found::Known => Ok(Self { layout }),
+            Found::Known | Found::Earlier(_) => Ok(Self { layout }),
             Found::Nothing => Err(missing()),
         }
     }
@@ -54,6 +55,16 @@ impl ReadOnlyStore {
     /// The names of the runs, ascending.
     pub fn run_names(&self) -> Result<Vec<RunName>, ReadError> {
         Ok(self.layout.run_names()?)
+    }
+
+    /// What the runs are called.
+    pub fn names(&self) -> Result<Names, ReadError> {
+        Ok(Names::read(&self.layout)?)
+    }
+
+    /// The folder of work that waits for the store, the caller's to fill; it may not be there yet.
+    pub fn queue_path(&self) -> PathBuf {
+        self.layout.queue()
     }
 
     /// All runs in the order of their names. The first unreadable one is the error; go through

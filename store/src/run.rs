@@ -48,8 +48,10 @@ pub struct NewRun {
 /// A run as it stands.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RunRecord {
-    /// Its name.
+    /// The name it was born with, by which the store knows it.
     pub name: RunName,
+    /// The name that people gave it since.
+    pub label: Option<RunName>,
     /// When it was created, as the caller counted.
     pub created: u64,
     /// The step it branches off.
@@ -62,6 +64,13 @@ pub struct RunRecord {
     pub note: String,
     /// The last step committed in the run, or else the parent's step.
     pub last_step: Option<StepIndex>,
+}
+
+impl RunRecord {
+    /// What people call the run.
+    pub fn shown(&self) -> &RunName {
+        self.label.as_ref().unwrap_or(&self.name)
+    }
 }
 
 /// `run.rmp`, fixed at creation.

@@ -4,6 +4,7 @@ use crate::database::Change;
 use crate::error::SetBackError;
 use crate::files;
 use crate::id::{RunName, StepAddress, StepIndex};
+use crate::label;
 use crate::layout;
 use crate::open;
 use crate::run::{self, RunState};
@@ -15,22 +16,17 @@ impl Store {
     /// Sets a run back to before one of its own steps: that step and all later ones are set aside (renamed,
     /// not deleted), their journals removed. The way out where a pack is damaged. Returns how many went.
     pub fn set_back(&self, run: &RunName, step: StepIndex) -> Result<usize, SetBackError> {
-        let busy = || SetBackError::Busy(run.clone());
-        if locked(&self.inner.journals).contains(run) {
-            return Err(busy());
-        }
+        self.refuse_while_computed(run)?;
         let mut own = self.inner.own_steps(run)?;
         own.retain(|record| record.index >= step);
         if own.first().is_none_or(|record| record.index != step) {
             let run = run.clone();
-            return Err(SetBackError::NotOwnStep(StepAddress { run, step }));
+            let wanted = StepAddress { run, step };
+            let shown = label::shown(&self.inner.layout, &wanted);
+            return Err(SetBackError::NotOwnStep(shown));
         }
-        for name in self.run_names()? {
-            let parent = run::read(&self.inner.layout, &name)?.parent;
-            if let Some(parent) = parent.filter(|p| p.run == *run && p.step >= step) {
-                let child = name;
-                return Err(SetBackError::HasBranch { child, parent });
-            }
+        if let Some(branch) = self.taken_up(run, step)? {
+            return Err(branch.into());
         }
         self.forget(run, step, &own)?;
         Ok(own.len())

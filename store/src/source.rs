@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::error::{Damage, ReadError};
 use crate::id::{RunName, StepAddress, StepIndex};
+use crate::label;
 use crate::layout::Layout;
 use crate::run::{self, RunRecord};
 use crate::step::{StepHealth, StepReader, StepRecord};
@@ -22,6 +23,7 @@ pub(crate) trait Source {
             run::read_state(self.layout(), name).unwrap_or_else(|_| run::lost_state(last_own));
         let last_step = last_own.or(file.parent.as_ref().map(|parent| parent.step));
         Ok(RunRecord {
+            label: label::read(self.layout(), name).unwrap_or(None),
             name: file.name,
             created: file.created,
             parent: file.parent,
@@ -70,15 +72,18 @@ pub(crate) trait Source {
         let record = steps
             .iter()
             .find(|record| record.index == step)
-            .ok_or(ReadError::NoSuchStep(wanted))?;
+            .ok_or_else(|| ReadError::NoSuchStep(label::shown(self.layout(), &wanted)))?;
         let path = self.layout().pack(&record.run, step);
         let missing = || ReadError::PackMissing {
-            step: record.address(),
+            step: label::shown(self.layout(), &record.address()),
             path: path.clone(),
         };
         match record.health {
             StepHealth::Missing => return Err(missing()),
-            StepHealth::Pruned => return Err(ReadError::Pruned(record.address())),
+            StepHealth::Pruned => {
+                let step = label::shown(self.layout(), &record.address());
+                return Err(ReadError::Pruned(step));
+            }
             StepHealth::Sound | StepHealth::Damaged(_) => {}
         }
         match StepReader::open(&path, &record.address()) {

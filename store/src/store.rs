@@ -16,6 +16,7 @@ use crate::error::{
 };
 use crate::id::{Digest, RunName, StepAddress, StepIndex};
 use crate::journal::StepJournal;
+use crate::label::{self, NameLock, Names};
 use crate::layout::Layout;
 use crate::lock::Lock;
 use crate::open;
@@ -199,16 +200,14 @@ impl Store {
         self.inner.run(run)
     }
 
-    /// The first free name of `base`, `base-2`, `base-3`, …
-    pub fn free_name(&self, base: &RunName) -> RunName {
-        let taken = |name: &RunName| self.inner.layout.run(name).exists();
-        if !taken(base) {
-            return base.clone();
-        }
-        (2..)
-            .map(|n| base.with_suffix(n))
-            .find(|name| !taken(name))
-            .expect("a folder has fewer entries than there are numbers")
+    /// What the runs are called.
+    pub fn names(&self) -> Result<Names, ReadError> {
+        Ok(Names::read(&self.inner.layout)?)
+    }
+
+    /// The folder of work that waits for the store, the caller's to fill.
+    pub fn queue_path(&self) -> PathBuf {
+        self.inner.layout.queue()
     }
 
     /// Creates a run. It exists, with its record on disk, when this returns `Ok`.
@@ -216,13 +215,14 @@ impl Store {
         if let Some(parent) = &new.parent {
             let readable = self.inner.step(&parent.run, parent.step).map(drop);
             readable.map_err(|source| RunError::Parent {
-                parent: parent.clone(),
+                parent: label::shown(&self.inner.layout, parent),
                 source,
             })?;
         }
-        // Held so that two threads cannot both find a name free.
+        // Held so that no two find the same name free, threads or processes.
+        let naming = NameLock::take(&self.inner.layout)?;
         let mut steps = locked(&self.inner.steps);
-        let name = self.free_name(&new.name);
+        let name = Names::read(&self.inner.layout)?.free(&new.name);
         let file = RunFile {
             name: name.clone(),
             created: new.created,
@@ -232,6 +232,7 @@ impl Store {
         run::create(&self.inner.layout, &file)?;
         steps.insert(name.clone(), BTreeMap::new());
         drop(steps);
+        drop(naming);
         let state = run::read_state(&self.inner.layout, &name)?;
         self.inner.record(vec![put_run(&file, &state)]);
         Ok(self.run(&name)?)

@@ -109,7 +109,9 @@ fn a_record_reads_by_the_document_alone() {
     assert_eq!(read("run.copy.rmp"), run);
     assert_eq!(read("state.rmp"), b"\x93\xa8Prepared\xa0\xc0");
     let format = fs::read(dir.path().join("FORMAT")).unwrap();
-    assert_eq!(format, b"femdem-flow store format 1\n");
+    assert_eq!(format, b"femdem-flow store format 2\n");
+    store::rename_run(dir.path(), &name("b"), &name("bent")).unwrap();
+    assert_eq!(read("label.rmp"), b"\x92\xa1b\xa4bent");
 }
 
 /// Holds a step's digest to a number, so that a change of its definition cannot slip in: old and new runs

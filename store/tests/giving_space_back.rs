@@ -7,7 +7,8 @@ use std::fs;
 
 use common::{name, new_run, state};
 use store::{
-    DeleteError, Depth, FrameId, NewRun, ReadError, StepAddress, StepHealth, StepIndex, Store,
+    DeleteError, Depth, FrameId, InUse, NewRun, ReadError, StepAddress, StepHealth, StepIndex,
+    Store,
 };
 
 fn commit(store: &Store, run: &str, step: u32) {
@@ -143,7 +144,7 @@ fn deleting_gives_everything_back_and_nothing_that_others_need() {
     branch(&store, "a", 2);
     let refused = store.delete_run(&name("a"));
     assert!(
-        matches!(refused, Err(DeleteError::HasBranch { .. })),
+        matches!(refused, Err(DeleteError::InUse(InUse::Branch { .. }))),
         "{refused:?}"
     );
     commit(&store, "branch", 3);

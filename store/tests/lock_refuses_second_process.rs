@@ -84,13 +84,13 @@ fn a_folder_with_other_things_is_not_made_a_store() {
 fn a_store_of_a_later_format_is_left_alone() {
     let dir = tempfile::tempdir().unwrap();
     build(dir.path());
-    fs::write(dir.path().join("FORMAT"), "femdem-flow store format 2\n").unwrap();
+    fs::write(dir.path().join("FORMAT"), "femdem-flow store format 3\n").unwrap();
     let error = Store::open(dir.path()).unwrap_err();
-    assert!(matches!(error, OpenError::UnknownFormat { found: 2, .. }));
+    assert!(matches!(error, OpenError::UnknownFormat { found: 3, .. }));
     assert!(
         error
             .to_string()
-            .contains("its format is 2, this version knows format 1"),
+            .contains("its format is 3, femdem-flow 0.1.0 knows formats 1 to 2; use the femdem-flow version that wrote it"),
         "{error}"
     );
 }

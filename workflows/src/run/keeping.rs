@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use serde_json::{Value, json};
-use store::{DeleteError, StepIndex};
+use store::{DeleteError, InUse, StepIndex};
 
 use super::{
     Context,
@@ -91,13 +91,13 @@ pub fn delete(context: &Context<'_>, run: &RunName) -> Result<Report, Failure> {
     let name = existing(&store, run)?;
     let bytes = store.delete_run(&name).map_err(|error| {
         let hint = match &error {
-            DeleteError::HasBranch { child, .. } => {
+            DeleteError::InUse(InUse::Branch { child, .. }) => {
                 format!("delete `{child}` first, or `femdem-flow prune {run}` to keep only what it needs")
             }
             _ => "`femdem-flow store check` says what is wrong".to_owned(),
         };
         let kind = match &error {
-            DeleteError::HasBranch { .. } => FailureKind::Usage,
+            DeleteError::InUse(_) => FailureKind::Usage,
             _ => FailureKind::Store,
         };
         Failure::new(kind, format!("failed to delete `{run}`"))

@@ -153,6 +153,7 @@ fn check_report(
 fn word(severity: Severity) -> &'static str {
     match severity {
         Severity::Leftover => "leftover",
+        Severity::Upgraded => "upgraded",
         Severity::Repaired => "repaired",
         Severity::Damage => "damage",
     }
