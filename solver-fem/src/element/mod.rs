@@ -1,15 +1,31 @@
 //! Elements: shape functions, quadrature and facets on the reference element.
 //!
-//! A new element (Q4, T6, hexahedra; a second-gradient field carried by corner nodes) is a new
-//! implementation of [`Element`]; nothing else in the crate knows a node count or a rule.
+//! A new element (hexahedra, say) is a new implementation of [`Element`]; nothing else in the crate knows a node count
+//! or a rule. The corner nodes of an element come first, so that a field carried by corners alone knows its nodes.
+//!
+//! Which plane element for what:
+//!
+//! | element | points | for |
+//! |---|---|---|
+//! | [`Q8`], 2×2 | 4 | the standard: neither locks nor is stiff in bending; cheap where every point is a REV |
+//! | [`Q8`], 3×3 | 9 | no spurious mode at all; 2.25 times the REVs, stiffer where volume is kept |
+//! | [`T6`], 3 points | 3 | shapes that quadrilaterals do not fill; as good as Q8 per unknown |
+//! | [`T6`], 6 points | 6 | curved or much distorted triangles |
+//! | [`Q4`] | 4 | comparisons with linear meshes; **locks**, see there |
 
+mod kind;
 mod line;
+mod q4;
 mod q8;
 pub mod quadrature;
+mod t6;
 
-pub use line::Line3;
+pub use kind::PlaneElement;
+pub use line::{Line2, Line3};
+pub use q4::Q4;
 pub use q8::{Q8, Q8Rule};
 pub use quadrature::QuadraturePoint;
+pub use t6::{T6, T6Rule};
 
 /// Reference element with the quadrature its displacement field uses.
 pub trait Element<const D: usize>: std::fmt::Debug + Send + Sync {
@@ -18,6 +34,12 @@ pub trait Element<const D: usize>: std::fmt::Debug + Send + Sync {
 
     /// Number of displacement nodes.
     fn node_count(&self) -> usize;
+
+    /// Number of corner nodes; they are the first nodes of the element.
+    fn corner_count(&self) -> usize;
+
+    /// Reference coordinates of the nodes, in their order.
+    fn node_positions(&self) -> &'static [[f64; D]];
 
     /// Shape function values N_a(ξ) at a reference point; `values` has [`node_count`](Self::node_count) entries.
     fn shape(&self, xi: &[f64; D], values: &mut [f64]);

@@ -76,6 +76,50 @@ pub enum MeshProblem {
         /// The local Gauss point with the smallest Jacobian determinant.
         point: usize,
     },
+    /// The mapping of an element folds over at a corner, though not at its Gauss points.
+    #[error("element e{element} folds over at its node {node}: the angle there is not convex")]
+    Folded {
+        /// The element.
+        element: usize,
+        /// The corner node.
+        node: usize,
+    },
+    /// Two nodes are at the same place, so that the body is open there.
+    #[error("nodes {} and {} are at the same place; the body would be cut open there", .nodes[0], .nodes[1])]
+    CoincidentNodes {
+        /// Both, ascending.
+        nodes: [usize; 2],
+    },
+    /// More than two elements share a side.
+    #[error("the side from node {} to node {} belongs to {} elements (e{}, …), which lie upon one another", .nodes[0], .nodes[1], .elements.len(), .elements[0])]
+    OverfullSide {
+        /// Its ends, ascending.
+        nodes: [usize; 2],
+        /// The elements.
+        elements: Vec<usize>,
+    },
+    /// Two elements lie on the same side of the side they share.
+    #[error("elements e{} and e{} lie upon one another: both are on the same side of their common edge", .elements[0], .elements[1])]
+    Overlap {
+        /// Both.
+        elements: [usize; 2],
+    },
+    /// A node lies on the side of an element that does not have it.
+    #[error("node {node} lies on a side of element e{element} without being one of its nodes")]
+    HangingNode {
+        /// The element.
+        element: usize,
+        /// The node.
+        node: usize,
+    },
+    /// Some elements share no node with the others.
+    #[error("{count} elements (e{element}, …) share no node with the rest of the body")]
+    LoosePiece {
+        /// The first of them.
+        element: usize,
+        /// How many.
+        count: usize,
+    },
     /// An element names a region that does not exist.
     #[error("element e{element} is in region {region}, there are {count}")]
     UnknownRegion {
@@ -187,8 +231,8 @@ impl<const D: usize> Mesh<D> {
                 }
             }
             let (mut volume, mut smallest, mut worst) = (0.0, f64::INFINITY, 0);
-            for (local, point) in rule.iter().enumerate() {
-                element.shape_gradients(&point.xi, &mut gradients);
+            let mut determinant_at = |xi: &[f64; D]| {
+                element.shape_gradients(xi, &mut gradients);
                 let mut jacobian = tensor::zero::<D>();
                 for (a, &node) in nodes.iter().enumerate() {
                     for i in 0..D {
@@ -197,7 +241,10 @@ impl<const D: usize> Mesh<D> {
                         }
                     }
                 }
-                let determinant = tensor::determinant(&jacobian);
+                tensor::determinant(&jacobian)
+            };
+            for (local, point) in rule.iter().enumerate() {
+                let determinant = determinant_at(&point.xi);
                 volume += determinant * point.weight;
                 if determinant < smallest {
                     (smallest, worst) = (determinant, local);
@@ -214,6 +261,18 @@ impl<const D: usize> Mesh<D> {
                     element: number,
                     point: worst,
                 });
+            } else {
+                // A determinant of zero is what a middle node at the quarter of its side makes on purpose.
+                let corners = element.node_positions()[..element.corner_count()].iter();
+                let folded = corners
+                    .zip(nodes)
+                    .find(|(xi, _)| determinant_at(xi) < -negligible);
+                if let Some((_, &node)) = folded {
+                    problems.push(MeshProblem::Folded {
+                        element: number,
+                        node,
+                    });
+                }
             }
         }
     }

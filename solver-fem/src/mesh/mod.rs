@@ -1,7 +1,9 @@
 //! Meshes: nodes, elements, regions, named boundaries and named node sets.
 
 mod check;
+mod conformity;
 mod region;
+mod reshape;
 mod structured;
 
 use std::collections::BTreeMap;
