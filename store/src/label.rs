@@ -81,6 +81,13 @@ impl Names {
         self.labels.keys().map(|run| self.shown(run)).collect()
     }
 
+    /// [`Self::free`], which counts as taken from then on: for runs that are yet to come.
+    pub fn reserve(&mut self, base: &RunName) -> RunName {
+        let name = self.free(base);
+        self.labels.insert(name.clone(), None);
+        name
+    }
+
     /// The first of `base`, `base-2`, `base-3`, … that no run answers to.
     pub fn free(&self, base: &RunName) -> RunName {
         let counted = (2..).map(|n| base.with_suffix(n));

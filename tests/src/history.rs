@@ -107,6 +107,7 @@ fn macro_states<T: DeserializeOwned>(store: &Path, run: &str) -> Vec<T> {
 fn open(store: &Path, run: &str) -> Option<(ReadOnlyStore, RunName)> {
     let name = RunName::new(run).expect("tests use valid names");
     let store = Store::open_read_only(store).ok()?;
-    let names = store.run_names().expect("runs can be listed");
-    names.contains(&name).then_some((store, name))
+    let names = store.names().expect("runs can be listed");
+    let born = names.resolve(&name)?;
+    Some((store, born))
 }

@@ -110,6 +110,11 @@ pub enum Verb {
     Show(show::Args),
     /// Tell what happened to a run: sessions, load steps, cuts, notes.
     Log(keeping::RunArgs),
+    /// Give a run another name, also while it is computed.
+    ///
+    /// The new name stands in every list and address from then on. The name that the run was born with still finds it, and no
+    /// other run can be given it; to go back to it, rename the run to it.
+    Rename(keeping::RenameArgs),
     /// Write a note on a run, also while it is computed.
     Note(keeping::NoteArgs),
     /// Give the space of load steps back that are not needed any more.

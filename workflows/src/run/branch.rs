@@ -58,7 +58,7 @@ pub struct Planned {
 pub fn derive(context: &Context<'_>, wish: &Wish, scope: Scope) -> Result<Report, Failure> {
     let store = open_existing(context)?;
     let names = store
-        .run_names()
+        .names()
         .map_err(|error| explain("list the runs", error.into()))?;
     let origin = origin(&store, &names, &wish.at)?;
     let planned = planned(&origin, wish, scope, context.threads())?;
@@ -68,11 +68,11 @@ pub fn derive(context: &Context<'_>, wish: &Wish, scope: Scope) -> Result<Report
             .map_err(|error| explain("create the run", error))?;
         context
             .progress
-            .note(&announcement(&run, &origin.parent, &manifest));
+            .note(&announcement(&run, &origin.called, &manifest));
         created.push((run, manifest.problem));
     }
     match wish.computing {
-        Computing::Later => Ok(prepared(&created, &origin.parent)),
+        Computing::Later => Ok(prepared(&created, &origin.called)),
         Computing::Now => compute(context, &store, &created),
     }
 }
@@ -86,7 +86,7 @@ pub fn planned(
 ) -> Result<Vec<Planned>, Failure> {
     let problem = &origin.manifest.problem;
     let past = problem.programme.until(origin.place.begun());
-    let address = origin.parent.to_string();
+    let address = origin.called.to_string();
     let junction = Junction {
         address: &address,
         problem,
@@ -99,7 +99,7 @@ pub fn planned(
         .into_iter()
         .map(|variant| {
             refuse_without_future(origin, &variant.problem, scope)?;
-            let name = name(&origin.parent.run, wish, &variant)?;
+            let name = name(&origin.called.run, wish, &variant)?;
             Ok(Planned {
                 name: store_name(&name)?,
                 manifest: manifest(origin, variant, &name, scope, threads),
@@ -112,7 +112,7 @@ fn refuse_without_future(origin: &Origin, problem: &Problem, scope: Scope) -> Re
     if origin.place.done() < problem.programme.len() {
         return Ok(());
     }
-    let at = &origin.parent;
+    let at = &origin.called;
     let what = format!("failed to go on from {at}: the programme ends there");
     let hint = match scope {
         Scope::Branch => format!(
@@ -243,7 +243,10 @@ fn compute(
     let mut failed: Option<Failure> = None;
     for (index, (run, problem)) in runs.iter().enumerate() {
         let end = session::advance(store, run, problem, context.threads(), context.progress)
-            .map_err(|error| explain(&format!("compute run `{run}`"), error))?;
+            .map_err(|error| {
+                let called = super::called(store, run);
+                explain(&format!("compute run `{called}`"), error)
+            })?;
         match ended::ended(context, store, run, &end) {
             Ok(report) => {
                 text.push_str(&report.text);

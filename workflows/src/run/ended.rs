@@ -19,6 +19,11 @@ pub fn ended(
     let steps = store
         .steps(run)
         .map_err(|error| explain("read the run", error.into()))?;
+    let record = store
+        .run(run)
+        .map_err(|error| explain("read the run", error.into()))?;
+    // It may have been renamed while it was computed.
+    let run = record.shown();
     let last = steps.last();
     let step = last.map_or(0, |step| step.index.0);
     let digest = last

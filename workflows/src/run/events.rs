@@ -100,8 +100,8 @@ impl Whereabouts {
         let whole = |key: &str| data[key].as_u64();
         let real = |key: &str| data[key].as_f64();
         let text = |key: &str| data[key].as_str().unwrap_or_default().to_owned();
-        if event.event != "note" {
-            // A note is a sign of its writer's life, not of the run's.
+        if !matches!(event.event.as_str(), "note" | "renamed") {
+            // These are signs of their writer's life, not of the run's.
             self.last = event.at;
         }
         match event.event.as_str() {

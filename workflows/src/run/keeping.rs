@@ -9,7 +9,7 @@ use super::{
     Context,
     event_log::EventLog,
     events,
-    open::{explain, no_such_run, open_existing, store_name},
+    open::{explain, find, open_existing},
     text,
     view::View,
 };
@@ -201,19 +201,16 @@ fn in_words(event: &str, data: &Value) -> String {
             word("note")
         ),
         "note" => format!("note: {}", word("text")),
+        "renamed" => format!("renamed from `{}` to `{}`", word("from"), word("to")),
         other => format!("{other} {data}"),
     }
 }
 
 fn existing(store: &store::Store, run: &RunName) -> Result<store::RunName, Failure> {
-    let name = store_name(run)?;
     let names = store
-        .run_names()
+        .names()
         .map_err(|error| explain("list the runs", error.into()))?;
-    match names.contains(&name) {
-        true => Ok(name),
-        false => Err(no_such_run(run.as_str(), &names)),
-    }
+    find(&names, run)
 }
 
 /// Ascending numbers in short: `1 to 4, 6`.

@@ -14,8 +14,9 @@ pub fn children(view: &View, run: &RunView) -> Vec<(String, u32)> {
     names
         .into_iter()
         .filter_map(|name| {
-            let parent = view.store.run(&name).ok()?.parent?;
-            (parent.run == *run.name()).then(|| (name.to_string(), parent.step.0))
+            let record = view.store.run(&name).ok()?;
+            let parent = record.parent.as_ref()?;
+            (parent.run == *run.id()).then(|| (record.shown().to_string(), parent.step.0))
         })
         .collect()
 }
@@ -32,6 +33,7 @@ pub fn in_words(view: &View, run: &RunView) -> String {
                 ": these settings could not have come to the states of that step",
             ),
         };
+        let parent = view.shown(parent);
         text.push_str(&format!("  {what:<10} {parent}{hint}\n"));
         for change in &descent.changes {
             text.push_str(&format!(

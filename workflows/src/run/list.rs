@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 use serde_json::json;
-use store::RunName;
+use store::{Names, RunName};
 
 use super::{
     Context,
@@ -40,15 +40,16 @@ struct Line {
     phrase: &'static str,
 }
 
-/// All runs, branches under the run they come from.
+/// All runs in the order of the names they were born with, branches under the run they come from.
 pub fn runs(context: &Context<'_>) -> Result<Report, Failure> {
     let view = View::open(context)?;
     let mut lines = Vec::new();
     let mut damaged = Vec::new();
-    for name in view.names()? {
-        match view.read(&name) {
-            Ok(run) => lines.push(Line::new(&run)),
-            Err(error) => damaged.push((name, error.to_string())),
+    let names = view.names()?;
+    for id in view.ids()? {
+        match view.read(&id) {
+            Ok(run) => lines.push(Line::new(&run, &names)),
+            Err(error) => damaged.push((names.shown(&id), error.to_string())),
         }
     }
     let lines = as_tree(lines);
@@ -72,11 +73,15 @@ pub fn runs(context: &Context<'_>) -> Result<Report, Failure> {
 }
 
 impl Line {
-    fn new(run: &RunView) -> Self {
+    fn new(run: &RunView, names: &Names) -> Self {
         let (done, of) = run.increments();
         Self {
             name: run.name().to_string(),
-            parent: run.record.parent.as_ref().map(ToString::to_string),
+            parent: run
+                .record
+                .parent
+                .as_ref()
+                .map(|parent| names.shown_address(parent).to_string()),
             state: run.standing.word(),
             killed: run.standing == Standing::Killed,
             steps: run.last_index(),

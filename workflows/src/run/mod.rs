@@ -32,6 +32,7 @@ mod point;
 mod preparing;
 mod recorded;
 mod relaw;
+mod rename;
 mod replay;
 mod rev_exchange;
 mod rev_of_step;
@@ -58,7 +59,7 @@ use store::{RunState, Store};
 
 pub use self::branch::{Computing, Wish};
 pub use self::keeping::{Doing, Keep};
-use self::open::{explain, no_such_run, open, open_existing, store_name};
+use self::open::{explain, find, open, open_existing, store_name};
 pub use self::plan::Intent;
 pub use self::rev_show::RevSource;
 pub use self::verify::Sample;
@@ -109,14 +110,11 @@ pub fn submit(
 
 /// Continues a run where it stopped. A run that is complete is left as it is; one that failed tries its step again.
 pub fn resume(context: &Context<'_>, run: &RunName) -> Result<Report, Failure> {
-    let name = store_name(run)?;
     let store = open_existing(context)?;
     let names = store
-        .run_names()
+        .names()
         .map_err(|error| explain("list the runs", error.into()))?;
-    if !names.contains(&name) {
-        return Err(no_such_run(name.as_str(), &names));
-    }
+    let name = find(&names, run)?;
     let record = store
         .run(&name)
         .map_err(|error| explain("find the run", error.into()))?;
@@ -145,8 +143,16 @@ fn go(
     problem: &Problem,
 ) -> Result<Report, Failure> {
     let end = session::advance(store, run, problem, context.threads(), context.progress)
-        .map_err(|error| explain(&format!("compute run `{run}`"), error))?;
+        .map_err(|error| explain(&format!("compute run `{}`", called(store, run)), error))?;
     ended::ended(context, store, run, &end)
+}
+
+/// What people call a run.
+fn called(store: &Store, run: &store::RunName) -> store::RunName {
+    match store.names() {
+        Ok(names) => names.shown(run),
+        Err(_) => run.clone(),
+    }
 }
 
 impl Context<'_> {
@@ -175,6 +181,11 @@ pub fn prune(
 /// Deletes a run that no other one takes up.
 pub fn delete(context: &Context<'_>, run: &RunName) -> Result<Report, Failure> {
     keeping::delete(context, run)
+}
+
+/// Gives a run another name, also while it is computed.
+pub fn rename(context: &Context<'_>, run: &RunName, to: &RunName) -> Result<Report, Failure> {
+    rename::rename(context, run, to)
 }
 
 /// Writes a note into the log of a run.

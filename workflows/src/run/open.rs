@@ -1,6 +1,6 @@
 //! Opening the store, and its refusals in the user's words.
 
-use store::{OpenError, Store};
+use store::{Names, OpenError, Store};
 
 use super::{Context, error::RunError, list};
 use crate::{
@@ -92,12 +92,20 @@ pub fn explain(what: &str, error: RunError) -> Failure {
 }
 
 /// The refusal of a run that is not there; the hint names those that are.
-pub fn no_such_run(name: &str, existing: &[store::RunName]) -> Failure {
+fn no_such_run(name: &str, existing: &[store::RunName]) -> Failure {
     let hint = match existing {
         [] => "the store has no runs; `femdem-flow submit FILE` computes one".to_owned(),
         runs => format!("the store has {}", list::names(runs)),
     };
     Failure::new(FailureKind::Usage, format!("failed to find run `{name}`")).hint(hint)
+}
+
+/// What the store calls the run that people call `name`.
+pub fn find(names: &Names, name: &RunName) -> Result<store::RunName, Failure> {
+    let called = store_name(name)?;
+    names
+        .resolve(&called)
+        .ok_or_else(|| no_such_run(name.as_str(), &names.all_shown()))
 }
 
 /// The store's form of a run name.

@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use store::{RunName, StepAddress, StepIndex};
+use store::{Names, RunName, StepAddress, StepIndex};
 
 use super::{
     error::RunError,
     load::{self, Steps},
     manifest::Manifest,
-    open::{explain, no_such_run, store_name},
+    open::{explain, find},
     schedule::Place,
     session,
     summary::StepSummary,
@@ -22,6 +22,8 @@ use crate::{
 pub struct Origin {
     /// The step, as the new run's record names it.
     pub parent: StepAddress,
+    /// The same as people know it.
+    pub called: StepAddress,
     /// What the run is that the step is of.
     pub manifest: Manifest,
     /// Place in its programme.
@@ -34,18 +36,16 @@ pub struct Origin {
 
 /// The step that `at` means. Of a step before the one at which its run was taken up, the run that computed it is the
 /// owner: what follows there follows from that one's input.
-pub fn origin(store: &impl Steps, names: &[RunName], at: &RunAddress) -> Result<Origin, Failure> {
-    let mut name = store_name(&at.run)?;
-    if !names.contains(&name) {
-        return Err(no_such_run(name.as_str(), names));
-    }
+pub fn origin(store: &impl Steps, names: &Names, at: &RunAddress) -> Result<Origin, Failure> {
+    let mut name = find(names, &at.run)?;
     let reading = |error: RunError| explain(&format!("read {at}"), error);
     let record = store.run(&name).map_err(|error| reading(error.into()))?;
+    let called = record.shown();
     let step = match (at.step, record.last_step) {
         (None, _) => {
-            let what = format!("failed to branch off `{name}`: the load step is missing");
+            let what = format!("failed to branch off `{called}`: the load step is missing");
             return Err(Failure::new(FailureKind::Usage, what).hint(format!(
-                "name the step to go on from: `{name}@12`, `{name}@last`"
+                "name the step to go on from: `{called}@12`, `{called}@last`"
             )));
         }
         (Some(StepSelector::Last), Some(last)) => last,
@@ -53,10 +53,10 @@ pub fn origin(store: &impl Steps, names: &[RunName], at: &RunAddress) -> Result<
             StepIndex(index as u32)
         }
         (Some(selector), last) => {
-            let what = format!("failed to find load step {selector} of run `{name}`");
+            let what = format!("failed to find load step {selector} of run `{called}`");
             return Err(Failure::new(FailureKind::Usage, what).hint(match last {
                 Some(last) => format!("its committed load steps are 0 to {last}"),
-                None => format!("it has none yet; `femdem-flow resume {name}` computes it"),
+                None => format!("it has none yet; `femdem-flow resume {called}` computes it"),
             }));
         }
     };
@@ -71,14 +71,16 @@ pub fn origin(store: &impl Steps, names: &[RunName], at: &RunAddress) -> Result<
         let summary = reader.summary()?;
         let summary: StepSummary = rmp_serde::from_slice(&summary)
             .map_err(|error| RunError::Manifest(error.to_string()))?;
+        let parent = StepAddress {
+            run: name.clone(),
+            step,
+        };
         Ok(Origin {
             place: load::place(store, &name, step)?,
             loads: summary.loads,
             earlier: earlier(store, &name)?,
-            parent: StepAddress {
-                run: name.clone(),
-                step,
-            },
+            called: names.shown_address(&parent),
+            parent,
             manifest,
         })
     };
@@ -91,11 +93,12 @@ fn earlier(store: &impl Steps, run: &RunName) -> Result<BTreeMap<String, String>
     let mut next = Some(run.clone());
     while let Some(name) = next {
         let record = store.run(&name)?;
+        let called = record.shown();
         let descent = session::manifest(&record.manifest)?.descent;
         for change in descent.into_iter().flat_map(|descent| descent.changes) {
             places
                 .entry(change.key)
-                .or_insert_with(|| format!("{} of `{name}`", change.to_place));
+                .or_insert_with(|| format!("{} of `{called}`", change.to_place));
         }
         next = record.parent.map(|parent| parent.run);
     }

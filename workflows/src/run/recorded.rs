@@ -170,18 +170,18 @@ impl RecordedStep {
         let Some(previous) = index.0.checked_sub(1) else {
             return Err(RepeatError::Initial);
         };
-        let reader = view.store.step(run.name(), index)?;
-        let earlier = match view.store.step(run.name(), StepIndex(previous)) {
+        let reader = view.store.step(run.id(), index)?;
+        let earlier = match view.store.step(run.id(), StepIndex(previous)) {
             Err(store::ReadError::Pruned(_)) => return Err(RepeatError::BasePruned),
             opened => opened?,
         };
         // A step of an ancestor was computed with the ancestor's input and laws.
         let owner = view.read(&step.record.run)?;
         let problem = &owner.manifest.problem;
-        let before = if owner.name() == run.name() {
+        let before = if owner.id() == run.id() {
             load::points(&earlier, dealt)?
         } else {
-            load::points(&earlier, &load::dealt(&view.store, owner.name())?)?
+            load::points(&earlier, &load::dealt(&view.store, owner.id())?)?
         };
         let tasks = match &problem.model {
             InputModel::Body(_) => Tasks::Waves(waves(&reader)?),

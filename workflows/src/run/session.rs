@@ -85,7 +85,7 @@ pub fn advance(
     };
     let mut core = Core::new(store, run, progress)?;
     store.set_run_state(run, RunState::Running, "")?;
-    progress.run_started(run.as_str(), done, total);
+    progress.run_started(record.shown().as_str(), done, total);
     core.log(
         "session",
         &serde_json::json!({

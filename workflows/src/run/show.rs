@@ -101,8 +101,8 @@ pub fn damage(step: &StepView) -> Option<String> {
 }
 
 fn whole(context: &Context<'_>, view: &View, run: &RunView) -> Report {
-    let packings = load::packings(&view.store, run.name()).map(|(packings, _)| packings);
-    let mut data = data(run, packings.as_ref().ok());
+    let packings = load::packings(&view.store, run.id()).map(|(packings, _)| packings);
+    let mut data = data(view, run, packings.as_ref().ok());
     (data["descent"], data["children"]) = lineage::data(view, run);
     let mut out = heading(context, run);
     out.push_str(&lineage::in_words(view, run));
@@ -113,7 +113,7 @@ fn whole(context: &Context<'_>, view: &View, run: &RunView) -> Report {
     Report::new(out, &data)
 }
 
-fn data(run: &RunView, packings: Option<&Vec<Packing>>) -> Value {
+fn data(view: &View, run: &RunView, packings: Option<&Vec<Packing>>) -> Value {
     let problem = &run.manifest.problem;
     let (done, of) = run.increments();
     let lines: Vec<StepLine> = run.steps.iter().map(StepLine::new).collect();
@@ -127,7 +127,8 @@ fn data(run: &RunView, packings: Option<&Vec<Packing>>) -> Value {
         "state": run.standing.word(),
         "killed": run.standing == Standing::Killed,
         "note": run.record.note,
-        "parent": run.record.parent.as_ref().map(ToString::to_string),
+        "born_as": run.id().as_str(),
+        "parent": run.record.parent.as_ref().map(|parent| view.shown(parent).to_string()),
         "created": run.record.created,
         "steps": run.last_index(),
         "done": done,

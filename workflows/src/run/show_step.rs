@@ -26,7 +26,7 @@ const DEAREST: usize = 10;
 
 /// All that is known of a step.
 pub fn report(view: &View, run: &RunView, step: &StepView) -> Result<Report, RunError> {
-    let reader = view.store.step(run.name(), step.record.index)?;
+    let reader = view.store.step(run.id(), step.record.index)?;
     let sweeps: Vec<Value> = step
         .summary
         .sweeps

@@ -31,7 +31,7 @@ pub fn status(context: &Context<'_>, name: Option<&RunName>) -> Result<Report, F
         return Ok(Report::new(text, &data));
     }
     let mut all = Vec::new();
-    for name in view.names()? {
+    for name in view.ids()? {
         all.push(
             view.read(&name)
                 .map_err(|error| explain(&format!("read run `{name}`"), error))?,
@@ -166,7 +166,7 @@ fn journalled(view: &View, run: &RunView, step: &RunningStep) -> u64 {
     let Some(wave) = step.wave else { return 0 };
     let contents = view
         .store
-        .read_wave(run.name(), StepIndex(step.step), store::WaveIndex(wave));
+        .read_wave(run.id(), StepIndex(step.step), store::WaveIndex(wave));
     // A journal that cannot be read now was just committed or cut: the next look will tell.
     let answers = contents.ok().flatten().map_or(0, |contents| {
         contents

@@ -183,13 +183,10 @@ pub fn rebuild(context: &Context<'_>) -> Result<Report, Failure> {
 /// computes it again.
 pub fn set_back(context: &Context<'_>, run: &RunName, step: u64) -> Result<Report, Failure> {
     let store = super::open::open_existing(context)?;
-    let name = super::open::store_name(run)?;
-    let existing = store
-        .run_names()
+    let names = store
+        .names()
         .map_err(|error| failed(context, "list the runs of", error))?;
-    if !existing.contains(&name) {
-        return Err(super::open::no_such_run(run.as_str(), &existing));
-    }
+    let name = super::open::find(&names, run)?;
     let steps = store
         .steps(&name)
         .map_err(|error| failed(context, "list the load steps in", error))?;

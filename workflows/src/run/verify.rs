@@ -86,7 +86,7 @@ pub fn verify(
         .collect();
     let note = format!("{} checked byte by byte", text::count(found.steps, "step"));
     context.progress.note(&note);
-    match load::dealt(&view.store, run.name()) {
+    match load::dealt(&view.store, run.id()) {
         Ok(dealt) => {
             let chosen = choose(&sound, &dealt, sample, &mut found);
             repeat_all(context, &view, &run, &dealt, &chosen, &mut found);
@@ -129,7 +129,7 @@ fn check_bytes(view: &View, run: &RunView, step: &StepView, found: &mut Found) -
         return false;
     }
     let at = format!("{}@{index}", run.name());
-    let checked = view.store.step(run.name(), index).and_then(|reader| {
+    let checked = view.store.step(run.id(), index).and_then(|reader| {
         reader.verify()?;
         Ok(reader)
     });

@@ -5,14 +5,14 @@ use std::{
     path::Path,
 };
 
-use store::{ReadOnlyStore, RunRecord, RunState, StepRecord, Store};
+use store::{Names, ReadOnlyStore, RunRecord, RunState, StepAddress, StepRecord, Store};
 
 use super::{
     Context,
     error::RunError,
     events::{self, Whereabouts},
     manifest::Manifest,
-    open::{explain, no_such_run, refused, store_name},
+    open::{explain, find, refused},
     summary::StepSummary,
 };
 use crate::{
@@ -119,25 +119,36 @@ impl View {
         Ok(Self { store, owner })
     }
 
-    /// Names of the runs.
-    pub fn names(&self) -> Result<Vec<store::RunName>, Failure> {
+    /// What the store calls the runs, in order.
+    pub fn ids(&self) -> Result<Vec<store::RunName>, Failure> {
         self.store
             .run_names()
             .map_err(|error| explain("list the runs", error.into()))
     }
 
+    /// What the runs are called.
+    pub fn names(&self) -> Result<Names, Failure> {
+        self.store
+            .names()
+            .map_err(|error| explain("list the runs", error.into()))
+    }
+
+    /// An address as people know it.
+    pub fn shown(&self, address: &StepAddress) -> StepAddress {
+        match self.store.names() {
+            Ok(names) => names.shown_address(address),
+            Err(_) => address.clone(),
+        }
+    }
+
     /// One run.
     pub fn run(&self, name: &RunName) -> Result<RunView, Failure> {
-        let name = store_name(name)?;
-        let names = self.names()?;
-        if !names.contains(&name) {
-            return Err(no_such_run(name.as_str(), &names));
-        }
-        self.read(&name)
+        let id = find(&self.names()?, name)?;
+        self.read(&id)
             .map_err(|error| explain(&format!("read run `{name}`"), error))
     }
 
-    /// One run that is known to be there.
+    /// One run that is known to be there, by what the store calls it.
     pub fn read(&self, name: &store::RunName) -> Result<RunView, RunError> {
         let record = self.store.run(name)?;
         let manifest = super::session::manifest(&record.manifest)?;
@@ -197,8 +208,13 @@ fn owner(dir: &Path) -> Option<Owner> {
 }
 
 impl RunView {
-    /// Its name.
+    /// What people call it.
     pub fn name(&self) -> &store::RunName {
+        self.record.shown()
+    }
+
+    /// What the store calls it: the name it was born with.
+    pub fn id(&self) -> &store::RunName {
         &self.record.name
     }
 

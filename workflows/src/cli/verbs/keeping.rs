@@ -1,4 +1,4 @@
-//! `femdem-flow prune RUN`, `delete RUN`, `note RUN TEXT`, `log RUN`
+//! `femdem-flow prune RUN`, `delete RUN`, `rename RUN NAME`, `note RUN TEXT`, `log RUN`
 
 use std::num::NonZeroU32;
 
@@ -30,6 +30,14 @@ pub struct RunArgs {
 }
 
 #[derive(Debug, clap::Args)]
+pub struct RenameArgs {
+    /// The run.
+    run: RunName,
+    /// What it is called from now on.
+    name: RunName,
+}
+
+#[derive(Debug, clap::Args)]
 pub struct NoteArgs {
     /// The run.
     run: RunName,
@@ -53,6 +61,10 @@ pub fn prune(args: &PruneArgs, context: &Context<'_>) -> Result<Report, Failure>
 
 pub fn delete(args: &RunArgs, context: &Context<'_>) -> Result<Report, Failure> {
     run::delete(context, &args.run)
+}
+
+pub fn rename(args: &RenameArgs, context: &Context<'_>) -> Result<Report, Failure> {
+    run::rename(context, &args.run, &args.name)
 }
 
 pub fn note(args: &NoteArgs, context: &Context<'_>) -> Result<Report, Failure> {

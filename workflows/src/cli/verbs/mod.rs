@@ -32,6 +32,7 @@ pub fn perform(verb: &Verb, context: &Context<'_>) -> Result<Report, Failure> {
         Verb::Plan(verb) => plan::perform(verb, context),
         Verb::Prune(args) => keeping::prune(args, context),
         Verb::Delete(args) => keeping::delete(args, context),
+        Verb::Rename(args) => keeping::rename(args, context),
         Verb::Note(args) => keeping::note(args, context),
         Verb::Log(args) => keeping::log(args, context),
         Verb::Runs => run::runs(context),

@@ -73,7 +73,7 @@ pub fn write(
             return Ok(vec![[0.0; 2]; mesh.nodes.len()]);
         }
         let id = FrameId::new(MACRO, 0);
-        let reader = view.store.step(run.name(), step).map_err(RunError::from)?;
+        let reader = view.store.step(run.id(), step).map_err(RunError::from)?;
         let bytes = reader.frame(id).map_err(RunError::from)?;
         let state: MacroState<2> = decode(id, &bytes).map_err(RunError::from)?;
         let checked = state.check(&first.problem);

@@ -108,8 +108,8 @@ fn compare(view: &View, runs: &[RunView; 2]) -> Result<Compared, RunError> {
             });
         }
         let readers = [
-            view.store.step(a.name(), index)?,
-            view.store.step(b.name(), index)?,
+            view.store.step(a.id(), index)?,
+            view.store.step(b.id(), index)?,
         ];
         let (apart, points) = points::apart(view, runs, &readers)?;
         let parted = Parted {

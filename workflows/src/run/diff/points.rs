@@ -46,7 +46,7 @@ pub fn apart(
     readers: &[StepReader; 2],
 ) -> Result<(Vec<Apart>, usize), RunError> {
     let side = |k: usize| -> Result<_, RunError> {
-        let dealt = load::dealt(&view.store, runs[k].name())?;
+        let dealt = load::dealt(&view.store, runs[k].id())?;
         let states = load::points(&readers[k], &dealt)?;
         let stress = load::stresses(&runs[k].manifest.problem, &readers[k])?;
         Ok((states, stress))

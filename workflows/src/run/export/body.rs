@@ -34,7 +34,7 @@ impl<'a> BodyResults<'a> {
     pub fn open(view: &'a View, run: &'a RunView, body: &Body) -> Result<Self, ExportError> {
         let problem = &run.manifest.problem;
         let model = Model::new(body, problem.loads.len())?;
-        let dealt = load::dealt(&view.store, run.name())?;
+        let dealt = load::dealt(&view.store, run.id())?;
         let points = model.problem.gauss_point_count();
         if dealt.len() != points {
             let what = format!(
@@ -58,7 +58,7 @@ impl<'a> BodyResults<'a> {
     }
 
     fn reader(&self, step: &StepView) -> Result<StepReader, ExportError> {
-        Ok(self.view.store.step(self.run.name(), step.record.index)?)
+        Ok(self.view.store.step(self.run.id(), step.record.index)?)
     }
 
     /// The macro state of a step.

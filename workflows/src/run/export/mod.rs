@@ -79,7 +79,7 @@ pub fn export(
         return Err(Failure::new(FailureKind::Run, what)
             .hint(format!("`femdem-flow status {name}` tells where it is")));
     }
-    let folder = into.map_or_else(|| PathBuf::from(name.as_str()), Path::to_owned);
+    let folder = into.map_or_else(|| PathBuf::from(run.name().as_str()), Path::to_owned);
     let files =
         write(context, &view, &run, &folder).map_err(|error| error.into_failure(run.name()))?;
     let text = summary(&run, &folder, &files);

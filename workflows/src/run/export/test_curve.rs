@@ -41,9 +41,9 @@ pub fn test_curve(view: &View, run: &RunView) -> Result<Table, RunError> {
         format!("run {}: element test", run.name()),
         "units: those of the input; plane strain, per unit thickness".to_owned(),
     ];
-    let dealt = load::dealt(&view.store, run.name())?;
+    let dealt = load::dealt(&view.store, run.id())?;
     for step in run.steps.iter().filter(|step| step.record.is_sound()) {
-        let reader = view.store.step(run.name(), step.record.index)?;
+        let reader = view.store.step(run.id(), step.record.index)?;
         let id = FrameId::new(MACRO, 0);
         let state: TestState = decode(id, &reader.frame(id)?)?;
         let points = load::points(&reader, &dealt)?;

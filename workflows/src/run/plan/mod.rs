@@ -2,11 +2,11 @@
 
 mod nearest;
 
-use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use serde::Serialize;
 use serde_json::json;
+use store::Names;
 
 use super::{
     Context, Wish,
@@ -303,17 +303,16 @@ fn reused(run: &RunView, last: u32, of: String) -> Reused {
 
 fn derived(context: &Context<'_>, wish: &Wish, scope: Scope) -> Result<Vec<Forecast>, Failure> {
     let view = View::open(context)?;
-    let names = view.names()?;
+    let mut names = view.names()?;
     let origin = origin::origin(&view.store, &names, &wish.at)?;
     let planned = branch::planned(&origin, wish, scope, context.threads())?;
     let parent = view
         .read(&origin.parent.run)
-        .map_err(|error| explain(&format!("read run `{}`", origin.parent.run), error))?;
-    let mut taken: BTreeSet<String> = names.iter().map(ToString::to_string).collect();
+        .map_err(|error| explain(&format!("read run `{}`", origin.called.run), error))?;
     Ok(planned
         .into_iter()
         .map(|planned| {
-            let name = free_name(&mut taken, planned.name.as_str());
+            let name = names.reserve(&planned.name).to_string();
             derived_one(context, &origin, &parent, planned, name)
         })
         .collect())
@@ -345,9 +344,9 @@ fn derived_one(
         .as_ref()
         .map(|descent| descent.kind);
     let verb = match kind {
-        Some(Kind::Branch) | None => format!("branch of {}:", origin.parent),
-        Some(Kind::Rerun) => format!("rerun of {}:", origin.parent),
-        Some(Kind::Seeded) => format!("new start from the states of {}:", origin.parent),
+        Some(Kind::Branch) | None => format!("branch of {}:", origin.called),
+        Some(Kind::Rerun) => format!("rerun of {}:", origin.called),
+        Some(Kind::Seeded) => format!("new start from the states of {}:", origin.called),
     };
     let mut plan = Forecast::new(context, name, verb, problem, done, &pace);
     if same_programme {
@@ -384,16 +383,16 @@ fn submit(
         false => None,
     };
     let mut runs = Vec::new();
-    let mut taken = BTreeSet::new();
+    let mut names = Names::default();
     if let Some(view) = &view {
-        for name in view.names()? {
-            taken.insert(name.to_string());
+        names = view.names()?;
+        for name in view.ids()? {
             // What cannot be read is no help here; `runs` names it.
             runs.extend(view.read(&name));
         }
     }
     let pace = forecast::pace_like(problem, &runs);
-    let name = free_name(&mut taken, wanted.as_str());
+    let name = names.free(&wanted).to_string();
     let mut plan = Forecast::new(context, name, "submit".into(), problem, 0.0, &pace);
     let (needed, _) = packings::Plan::of_problem(problem)
         .map_err(|error| explain("set up the problem", error))?;
@@ -405,15 +404,4 @@ fn submit(
     plan.reused.packings = Some((needed.jobs.len(), there));
     nearest::explain(&mut plan, problem, &runs);
     Ok(plan)
-}
-
-/// The name that the store would give.
-fn free_name(taken: &mut BTreeSet<String>, base: &str) -> String {
-    let numbered = (2..).map(|n: u64| format!("{base}-{n}"));
-    let mut names = std::iter::once(base.to_owned()).chain(numbered);
-    let free = names
-        .find(|name| !taken.contains(name))
-        .unwrap_or_else(|| base.to_owned());
-    taken.insert(free.clone());
-    free
 }

@@ -40,7 +40,7 @@ pub fn replay(
     let run = view.run(&address.run)?;
     let step = run.step(address.step)?;
     let name = format!("{}@{}:{}", run.name(), step.record.index, address.place);
-    let dealt = load::dealt(&view.store, run.name())
+    let dealt = load::dealt(&view.store, run.id())
         .map_err(|error| explain(&format!("repeat the REV {name}"), error))?;
     let point = place::gauss_point(&run, address.place, dealt.len()).map_err(|where_they_are| {
         Failure::new(
