@@ -30,6 +30,8 @@ pub struct InvertedElement {
 pub struct PointGeometry<const D: usize> {
     /// ∂N_a/∂x_j.
     pub gradients: Vec<[f64; D]>,
+    /// J⁻¹, `inverse[j][i]` = ∂ξ_j/∂x_i: what carries other reference gradients over.
+    pub inverse: Tensor2<D>,
     /// Volume the point stands for: weight × determinant of the Jacobian (unit thickness in 2D).
     pub volume: f64,
 }
@@ -63,23 +65,28 @@ pub fn point_geometry<const D: usize>(
     } else {
         return None;
     };
-    let gradients = reference
-        .gradients
-        .iter()
-        .map(|gradient| {
-            let mut result = [0.0; D];
-            for i in 0..D {
-                for j in 0..D {
-                    result[i] += gradient[j] * inverse[j][i];
-                }
-            }
-            result
-        })
-        .collect();
     Some(PointGeometry {
-        gradients,
+        gradients: spatial(&reference.gradients, &inverse),
+        inverse,
         volume: determinant * reference.weight,
     })
+}
+
+/// ∂N/∂x_i = ∂N/∂ξ_j J⁻¹_ji for every N.
+pub(crate) fn spatial<const D: usize>(
+    gradients: &[[f64; D]],
+    inverse: &Tensor2<D>,
+) -> Vec<[f64; D]> {
+    let carry = |gradient: &[f64; D]| {
+        let mut result = [0.0; D];
+        for i in 0..D {
+            for j in 0..D {
+                result[i] += gradient[j] * inverse[j][i];
+            }
+        }
+        result
+    };
+    gradients.iter().map(carry).collect()
 }
 
 /// F_ij = δ_ij + (x_a,i − X_a,i) ∂N_a/∂X_j, `geometry` and `base` being the configuration X.

@@ -62,6 +62,7 @@ pub mod mesh;
 pub mod newton;
 pub mod post;
 pub mod problem;
+pub mod second_gradient;
 pub mod step_control;
 pub mod tensor;
 

@@ -7,13 +7,16 @@ use std::sync::Arc;
 use thiserror::Error;
 
 use crate::assembly::Pattern;
-use crate::boundary::{BoundaryProblem, Condition, Constraints, SurfaceLoads};
+use crate::boundary::{BoundaryProblem, Condition, Constraints, Given, SurfaceLoads, Tie};
 use crate::constitutive::GaussPointId;
 use crate::element::{Element, Q8};
 use crate::kinematics::{InvertedElement, ReferencePoint, point_geometry, position};
 use crate::layout::Layout;
 use crate::linear_solver::{FaerLu, LinearError, LinearSolver};
 use crate::mesh::{Mesh, MeshProblem};
+use crate::second_gradient::law::unit_law;
+use crate::second_gradient::{CornerPoint, SecondGradient, SideProblem};
+use crate::tensor::Tensor3;
 
 /// Everything that is wrong with a problem.
 #[derive(Error, Clone, PartialEq, Debug, Default)]
@@ -22,6 +25,8 @@ pub struct ProblemError {
     pub mesh: Vec<MeshProblem>,
     /// Faults of the boundary conditions (looked for on a sound mesh only).
     pub boundary: Vec<BoundaryProblem>,
+    /// Faults of the second gradient (looked for on a sound mesh only).
+    pub second_gradient: Vec<SideProblem>,
     /// The equations could not be analysed.
     pub linear: Option<LinearError>,
 }
@@ -30,10 +35,47 @@ impl fmt::Display for ProblemError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let all = self.mesh.iter().map(ToString::to_string);
         let all = all.chain(self.boundary.iter().map(ToString::to_string));
+        let all = all.chain(self.second_gradient.iter().map(ToString::to_string));
         let all: Vec<_> = all
             .chain(self.linear.iter().map(ToString::to_string))
             .collect();
         write!(f, "set up the problem: {}", all.join("; "))
+    }
+}
+
+/// What makes a problem.
+#[derive(Clone, Debug)]
+pub struct Setup<const D: usize> {
+    /// The mesh in its initial configuration.
+    pub mesh: Mesh<D>,
+    /// Its reference element.
+    pub element: Arc<dyn Element<D>>,
+    /// Boundary conditions, which refer to loads `0..load_count`.
+    pub conditions: Vec<Condition>,
+    /// Number of load values of a step.
+    pub load_count: usize,
+    /// Where there is a second gradient; nowhere by default.
+    pub second_gradient: SecondGradient,
+    /// Nodes that move as others do; none by default.
+    pub ties: Vec<Tie>,
+}
+
+impl<const D: usize> Setup<D> {
+    /// A plain problem, to be added to.
+    pub fn new(
+        mesh: Mesh<D>,
+        element: Arc<dyn Element<D>>,
+        conditions: Vec<Condition>,
+        load_count: usize,
+    ) -> Self {
+        Setup {
+            mesh,
+            element,
+            conditions,
+            load_count,
+            second_gradient: SecondGradient::default(),
+            ties: Vec::new(),
+        }
     }
 }
 
@@ -43,6 +85,10 @@ pub struct Problem<const D: usize> {
     mesh: Mesh<D>,
     element: Arc<dyn Element<D>>,
     reference: Vec<ReferencePoint<D>>,
+    second_gradient: SecondGradient,
+    corners: Vec<CornerPoint<D>>,
+    gradient_lengths: Vec<f64>,
+    unit_law: Vec<Tensor3<D>>,
     layout: Layout<D>,
     initial: Vec<f64>,
     constraints: Constraints,
@@ -67,16 +113,32 @@ impl Problem<2> {
 }
 
 impl<const D: usize> Problem<D> {
-    /// Checks and prepares a problem whose conditions refer to loads `0..load_count`.
+    /// A plain problem whose conditions refer to loads `0..load_count`.
     ///
     /// # Errors
-    /// Every fault of the mesh, or every fault of the conditions, at once.
+    /// See [`Problem::build`].
     pub fn new(
         mesh: Mesh<D>,
         element: Arc<dyn Element<D>>,
         conditions: Vec<Condition>,
         load_count: usize,
     ) -> Result<Self, ProblemError> {
+        Self::build(Setup::new(mesh, element, conditions, load_count))
+    }
+
+    /// Checks and prepares a problem.
+    ///
+    /// # Errors
+    /// Every fault of the mesh, or every fault of the rest, at once.
+    pub fn build(setup: Setup<D>) -> Result<Self, ProblemError> {
+        let Setup {
+            mesh,
+            element,
+            conditions,
+            load_count,
+            second_gradient,
+            ties,
+        } = setup;
         let faults = mesh.check(element.as_ref());
         if !faults.is_empty() {
             return Err(ProblemError {
@@ -84,21 +146,37 @@ impl<const D: usize> Problem<D> {
                 ..ProblemError::default()
             });
         }
+        let (corners, faults) = corner_points(element.as_ref(), &second_gradient);
+        if !faults.is_empty() {
+            return Err(ProblemError {
+                second_gradient: faults,
+                ..ProblemError::default()
+            });
+        }
+        let corner_count = corners.first().map_or(0, |point| point.shape.len());
+        let layout = second_gradient.layout(&mesh, corner_count);
+        let mut faults = second_gradient.check(&mesh, &layout, corner_count);
+        let held = second_gradient.held(&mesh, element.as_ref(), &layout, &conditions, &mut faults);
         let mut boundary = Vec::new();
         let constraints = Constraints::new(
             &mesh,
             element.as_ref(),
-            &conditions,
-            load_count,
+            &layout,
+            &Given {
+                conditions: &conditions,
+                ties: &ties,
+                held: &held,
+                load_count,
+            },
             &mut boundary,
         );
-        if !boundary.is_empty() {
+        if !boundary.is_empty() || !faults.is_empty() {
             return Err(ProblemError {
                 boundary,
+                second_gradient: faults,
                 ..ProblemError::default()
             });
         }
-        let layout = Layout::displacement(&mesh);
         let pattern = Arc::new(Pattern::new(&mesh, &layout, &constraints));
         let solver = FaerLu::analyse(Arc::clone(&pattern)).map_err(|error| ProblemError {
             linear: Some(error),
@@ -119,18 +197,28 @@ impl<const D: usize> Problem<D> {
                 }
             })
             .collect();
-        Ok(Problem {
+        let mut problem = Problem {
             initial: mesh.flat_coordinates(),
             loads: SurfaceLoads::new(&mesh, element.as_ref(), &conditions),
+            unit_law: if corners.is_empty() {
+                Vec::new()
+            } else {
+                unit_law()
+            },
             mesh,
             element,
             reference,
+            second_gradient,
+            corners,
+            gradient_lengths: Vec::new(),
             layout,
             constraints,
             load_count,
             pattern,
             solver: Box::new(solver),
-        })
+        };
+        problem.gradient_lengths = problem.corner_lengths();
+        Ok(problem)
     }
 
     /// The same problem solved by another linear solver (made for [`Problem::pattern`]).
@@ -199,7 +287,64 @@ impl<const D: usize> Problem<D> {
         self.mesh.element_count() * self.reference.len()
     }
 
-    /// Number of degrees of freedom, prescribed ones included.
+    /// Shape functions of v at the Gauss points of the reference element; empty in a plain problem.
+    pub fn corner_points(&self) -> &[CornerPoint<D>] {
+        &self.corners
+    }
+
+    /// Where there is a second gradient.
+    pub fn second_gradient(&self) -> &SecondGradient {
+        &self.second_gradient
+    }
+
+    /// The second-gradient modulus of an element (stress × length²), 0 for a plain one.
+    pub fn modulus(&self, element: usize) -> f64 {
+        self.second_gradient.modulus(&self.mesh, element)
+    }
+
+    /// The second-gradient law for modulus 1, see [`unit_law`].
+    pub(crate) fn unit_law(&self) -> &[Tensor3<D>] {
+        &self.unit_law
+    }
+
+    /// Mean size of the second-gradient elements at the node of a degree of freedom of v: what
+    /// makes a double force a force.
+    ///
+    /// # Panics
+    /// For a degree of freedom of another field.
+    pub fn gradient_length(&self, dof: usize) -> f64 {
+        self.gradient_lengths[(dof - self.layout.displacement_count()) / (D * D)]
+    }
+
+    /// Volume^(1/D) of the second-gradient elements of every node that carries v, on average.
+    fn corner_lengths(&self) -> Vec<f64> {
+        let count = self.layout.gradient_count() / (D * D);
+        let (mut sums, mut users) = (vec![0.0; count], vec![0.0; count]);
+        for element in 0..self.mesh.element_count() {
+            if self.layout.multiplier_dof(element).is_none() {
+                continue;
+            }
+            let nodes = self.mesh.element(element);
+            let volume: f64 = self
+                .reference
+                .iter()
+                .filter_map(|point| point_geometry(point, nodes, &self.initial))
+                .map(|geometry| geometry.volume)
+                .sum();
+            let size = libm::pow(volume, 1.0 / D as f64);
+            for first in nodes
+                .iter()
+                .filter_map(|&node| self.layout.gradient_dof(node))
+            {
+                let corner = (first - self.layout.displacement_count()) / (D * D);
+                sums[corner] += size;
+                users[corner] += 1.0;
+            }
+        }
+        sums.into_iter().zip(users).map(|(s, n)| s / n).collect()
+    }
+
+    /// Number of displacement components, prescribed ones included.
     pub fn dof_count(&self) -> usize {
         self.initial.len()
     }
@@ -268,5 +413,27 @@ impl<const D: usize> Problem<D> {
                 })
             })
             .collect()
+    }
+}
+
+/// Shape functions of v at every Gauss point; none where no region has a modulus.
+fn corner_points<const D: usize>(
+    element: &dyn Element<D>,
+    second_gradient: &SecondGradient,
+) -> (Vec<CornerPoint<D>>, Vec<SideProblem>) {
+    if second_gradient.is_plain() {
+        return (Vec::new(), Vec::new());
+    }
+    let points: Option<Vec<_>> = element
+        .quadrature()
+        .iter()
+        .map(|point| element.corner_field(&point.xi))
+        .collect();
+    match points {
+        Some(points) => (points, Vec::new()),
+        None => {
+            let element = element.name();
+            (Vec::new(), vec![SideProblem::Element { element }])
+        }
     }
 }

@@ -6,6 +6,9 @@
 /// Second-order tensor, `t[i][j]`, in the fixed Cartesian frame.
 pub type Tensor2<const D: usize> = [[f64; D]; D];
 
+/// Third-order tensor, `t[i][j][k]`; as a gradient of v, ∂v_ij/∂x_k.
+pub type Tensor3<const D: usize> = [[[f64; D]; D]; D];
+
 /// Fourth-order tensor, `c[i][j][k][l]`; as a tangent, dσ_ij/dL_kl for F → (I + L)·F.
 pub type Tensor4<const D: usize> = [[[[f64; D]; D]; D]; D];
 
@@ -60,6 +63,26 @@ pub fn trace<const D: usize>(a: &Tensor2<D>) -> f64 {
 /// r·a·rᵀ: the tensor `a` carried along by the rotation `r`.
 pub fn rotate<const D: usize>(r: &Tensor2<D>, a: &Tensor2<D>) -> Tensor2<D> {
     product(&product(r, a), &transpose(r))
+}
+
+/// r_ia r_jb r_kc a_abc: the tensor `a` carried along by the rotation `r`.
+pub fn rotate3<const D: usize>(r: &Tensor2<D>, a: &Tensor3<D>) -> Tensor3<D> {
+    let mut result = *a;
+    // Turning the first index and cycling the three of them, three times over, turns them all.
+    for _ in 0..3 {
+        let mut turned = [[[0.0; D]; D]; D];
+        for a in 0..D {
+            for b in 0..D {
+                for c in 0..D {
+                    for i in 0..D {
+                        turned[b][c][i] += r[i][a] * result[a][b][c];
+                    }
+                }
+            }
+        }
+        result = turned;
+    }
+    result
 }
 
 /// Determinant, and the inverse where the determinant is neither zero nor non-finite.
@@ -182,6 +205,17 @@ pub(crate) fn load2<const D: usize>(flat: &[f64], index: usize) -> Tensor2<D> {
     let chunk = &flat[index * D * D..(index + 1) * D * D];
     for i in 0..D {
         result[i].copy_from_slice(&chunk[i * D..(i + 1) * D]);
+    }
+    result
+}
+
+/// Tensor stored flat at index `index` of a list of third-order tensors, last index fastest.
+pub(crate) fn load3<const D: usize>(flat: &[f64], index: usize) -> Tensor3<D> {
+    let mut result = [[[0.0; D]; D]; D];
+    let size = D * D * D;
+    let chunk = &flat[index * size..(index + 1) * size];
+    for (place, value) in result.iter_mut().flatten().flatten().zip(chunk) {
+        *place = *value;
     }
     result
 }

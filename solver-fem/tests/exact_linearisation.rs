@@ -2,7 +2,7 @@
 
 mod common;
 
-use solver_fem::assembly::{residual, tangent};
+use solver_fem::assembly::{Configuration, residual, tangent};
 use solver_fem::boundary::{Condition, Value};
 use solver_fem::elastic::Elastic;
 use solver_fem::mesh::{Mesh, Rectangle};
@@ -52,9 +52,12 @@ fn a_missing_term_of_the_linearisation_is_seen() {
             .flat_map(|r| r.stress)
             .flatten()
             .collect();
-        residual(&problem, coordinates, &stress, &loads)
-            .expect("not inverted")
-            .vector
+        residual(
+            &problem,
+            &Configuration::plain(coordinates, &stress, &loads),
+        )
+        .expect("not inverted")
+        .vector
     };
     let here = answers(&coordinates);
     let stress: Vec<f64> = here.iter().flat_map(|r| r.stress).flatten().collect();
@@ -72,10 +75,8 @@ fn a_missing_term_of_the_linearisation_is_seen() {
         .collect();
     let system = tangent(
         &problem,
-        &coordinates,
-        &stress,
+        &Configuration::plain(&coordinates, &stress, &loads),
         &tangents,
-        &loads,
         &direction,
     )
     .expect("not inverted");

@@ -1,8 +1,12 @@
-//! R_ai = ∫ σ_ij ∂N_a/∂x_j dv − P_ai on the end-of-step configuration.
+//! R_ai = ∫ T_ij ∂N_a/∂x_j dv − P_ai on the end-of-step configuration, T = σ, or σ − λ where there is a
+//! second gradient, which adds rows of its own.
 
+use super::Configuration;
 use crate::kinematics::{InvertedElement, point_geometry};
+use crate::layout::Field;
 use crate::problem::Problem;
-use crate::tensor;
+use crate::second_gradient::element as second_gradient;
+use crate::tensor::{self, Tensor2};
 
 /// Internal minus external nodal forces and the norms they are judged by.
 #[derive(Clone, PartialEq, Debug)]
@@ -10,14 +14,18 @@ pub struct Residual {
     /// One entry per degree of freedom. On free ones the lack of equilibrium; on prescribed ones
     /// the **reaction**, the force the support exerts on the body.
     pub vector: Vec<f64>,
-    /// ‖R‖ over the free degrees of freedom.
+    /// ‖R‖ over the free forces; a double force of second gradient counts over the size of the
+    /// elements at its node, which makes it a force.
     pub free_norm: f64,
-    /// ‖R‖ over the prescribed ones.
+    /// ‖R‖ over the prescribed displacements.
     pub reaction_norm: f64,
     /// ‖P‖ over all degrees of freedom.
     pub external_norm: f64,
     /// √Σ‖element forces‖²: the size of the forces before they cancel.
     pub internal_norm: f64,
+    /// ‖∫(grad u − v)‖/‖∫grad u‖ over the second-gradient elements, u being the displacement of the
+    /// step: how well v is tied to it. `None` in a plain problem.
+    pub mismatch: Option<f64>,
 }
 
 impl Residual {
@@ -30,37 +38,35 @@ impl Residual {
             .reaction_norm
             .max(self.external_norm)
             .max(1e-3 * self.internal_norm);
-        if self.free_norm == 0.0 {
-            0.0
-        } else {
-            self.free_norm / scale
-        }
+        ratio(self.free_norm, scale)
     }
 }
 
-/// The residual for given node positions, Gauss point stresses (flat, D×D each) and load values.
+/// The residual of a configuration.
 ///
 /// # Errors
-/// An element that is inverted at these positions.
+/// An element that is inverted at these positions (with second gradient, also one that the step turns
+/// half round).
 ///
 /// # Panics
 /// When an array has not the length the problem gives it.
 pub fn residual<const D: usize>(
     problem: &Problem<D>,
-    coordinates: &[f64],
-    stress: &[f64],
-    loads: &[f64],
+    at: &Configuration<'_>,
 ) -> Result<Residual, InvertedElement> {
-    let mut vector = vec![0.0; coordinates.len()];
+    let layout = problem.layout();
+    let mut vector = vec![0.0; layout.len()];
     let mut internal = 0.0;
     let reference = problem.reference_points();
     for element in 0..problem.mesh().element_count() {
         let nodes = problem.mesh().element(element);
+        let multiplier = second_gradient::multiplier(problem, at.unknowns, element);
         let mut forces = vec![[0.0; D]; nodes.len()];
         for (point, data) in reference.iter().enumerate() {
-            let geometry = point_geometry(data, nodes, coordinates)
+            let geometry = point_geometry(data, nodes, at.unknowns)
                 .ok_or(InvertedElement { element, point })?;
-            let sigma = tensor::load2::<D>(stress, element * reference.len() + point);
+            let index = element * reference.len() + point;
+            let sigma = net_stress(at.stress, index, multiplier.as_ref());
             for (force, gradient) in forces.iter_mut().zip(&geometry.gradients) {
                 for i in 0..D {
                     for j in 0..D {
@@ -76,16 +82,32 @@ pub fn residual<const D: usize>(
             }
         }
     }
+    let positions = &at.unknowns[..layout.displacement_count()];
     let external = problem
         .surface_loads()
-        .forces::<D>(problem.initial(), coordinates, loads);
+        .forces::<D>(problem.initial(), positions, at.loads);
+    for (force, external) in vector.iter_mut().zip(&external) {
+        *force -= external;
+    }
+    let mismatch = if layout.multiplier_count() == 0 {
+        None
+    } else {
+        let tie = second_gradient::add_residual(problem, at, &mut vector)?;
+        Some(ratio(tie.mismatch.sqrt(), tie.gradient.sqrt()))
+    };
+    let constraints = problem.constraints();
+    constraints.gather(&mut vector);
     let (mut free, mut held) = (0.0, 0.0);
-    for (dof, force) in external.iter().enumerate() {
-        vector[dof] -= force;
-        let square = vector[dof] * vector[dof];
-        match problem.constraints().equation[dof] {
-            Some(_) => free += square,
-            None => held += square,
+    for (dof, force) in vector.iter().enumerate() {
+        let force = match layout.field(dof) {
+            Field::Displacement => *force,
+            Field::Gradient => force / problem.gradient_length(dof),
+            Field::Multiplier => break,
+        };
+        match (constraints.equation[dof], layout.field(dof)) {
+            (Some(_), _) => free += force * force,
+            (None, Field::Displacement) => held += force * force,
+            (None, _) => {}
         }
     }
     Ok(Residual {
@@ -94,7 +116,30 @@ pub fn residual<const D: usize>(
         reaction_norm: held.sqrt(),
         external_norm: tensor::norm(&external),
         internal_norm: internal.sqrt(),
+        mismatch,
     })
+}
+
+/// T = σ − λ.
+pub(super) fn net_stress<const D: usize>(
+    stress: &[f64],
+    index: usize,
+    multiplier: Option<&Tensor2<D>>,
+) -> Tensor2<D> {
+    let mut sigma = tensor::load2::<D>(stress, index);
+    if let Some(lambda) = multiplier {
+        for i in 0..D {
+            for j in 0..D {
+                sigma[i][j] -= lambda[i][j];
+            }
+        }
+    }
+    sigma
+}
+
+/// part/whole, zero for no part of nothing.
+fn ratio(part: f64, whole: f64) -> f64 {
+    if part == 0.0 { 0.0 } else { part / whole }
 }
 
 /// How much of the squared residual an element carries.

@@ -4,11 +4,15 @@
 //! ∫ u*_{i,j} [ C_ijkl L_kl − σ_ik L_jk + σ_ij L_mm ] dv, hence per Gauss point the operator
 //! A_ijkl = C_ijkl − σ_il δ_jk + σ_ij δ_kl and K_{ai,bk} = ∂N_a/∂x_j A_ijkl ∂N_b/∂x_l.
 //! The second term is the change of the gradient ∂/∂x_j, the third the change of volume. Follower
-//! pressure adds its own, unsymmetric part.
+//! pressure adds its own, unsymmetric part; second gradient has σ − λ in the place of σ and rows of its
+//! own ([`crate::second_gradient::point`]).
 
+use super::Configuration;
+use super::residual::net_stress;
 use crate::kinematics::{InvertedElement, point_geometry};
 use crate::problem::Problem;
-use crate::tensor::{self, Tensor4};
+use crate::second_gradient::element as second_gradient;
+use crate::tensor::{self, Tensor2, Tensor4};
 
 /// The linear equations of one correction.
 #[derive(Clone, PartialEq, Debug)]
@@ -19,9 +23,9 @@ pub struct LinearSystem {
     pub prescribed: Vec<f64>,
 }
 
-/// Assembles the tangent stiffness for Gauss point stresses and tangents (both flat), and the
-/// forces that `prescribed` (a displacement per degree of freedom, read on prescribed ones only)
-/// would cause in the free equations.
+/// Assembles the tangent of a configuration for the Gauss points' tangents (flat), and the forces that
+/// `prescribed` (a displacement per degree of freedom, read on prescribed displacements only) would
+/// cause in the free equations.
 ///
 /// # Errors
 /// An element that is inverted at these positions.
@@ -30,15 +34,12 @@ pub struct LinearSystem {
 /// When an array has not the length the problem gives it.
 pub fn tangent<const D: usize>(
     problem: &Problem<D>,
-    coordinates: &[f64],
-    stress: &[f64],
+    at: &Configuration<'_>,
     tangents: &[f64],
-    loads: &[f64],
     prescribed: &[f64],
 ) -> Result<LinearSystem, InvertedElement> {
     let pattern = problem.pattern();
     let mesh = problem.mesh();
-    let equation = &problem.constraints().equation;
     let mut system = LinearSystem {
         values: vec![0.0; pattern.entry_count()],
         prescribed: vec![0.0; pattern.size],
@@ -48,64 +49,97 @@ pub fn tangent<const D: usize>(
             system.values[entry] += value;
             return;
         }
+        // Prescribed components of v do not move within a step.
         let nodes = mesh.element(element);
-        let dof = |local: usize| nodes[local / D] * D + local % D;
-        if let (Some(row), None) = (equation[dof(row)], equation[dof(column)]) {
-            system.prescribed[row] += value * prescribed[dof(column)];
+        let Some(node) = nodes.get(column / D) else {
+            return;
+        };
+        let equations = pattern.element_equations(element);
+        if let (Some(row), None) = (equations[row], equations[column]) {
+            system.prescribed[row as usize] += value * prescribed[node * D + column % D];
         }
     };
-
-    let reference = problem.reference_points();
-    let size = mesh.nodes_per_element * D;
-    let mut stiffness = vec![0.0; size * size];
+    let mut stiffness = Vec::new();
     for element in 0..mesh.element_count() {
-        let nodes = mesh.element(element);
-        stiffness.fill(0.0);
-        for (point, data) in reference.iter().enumerate() {
-            let geometry = point_geometry(data, nodes, coordinates)
-                .ok_or(InvertedElement { element, point })?;
-            let index = element * reference.len() + point;
-            let operator = spatial_operator::<D>(stress, tangents, index);
-            for (a, left) in geometry.gradients.iter().enumerate() {
-                // g_j A_ijkl, volume included.
-                let mut rows = [[[0.0; D]; D]; D];
-                for i in 0..D {
-                    for j in 0..D {
-                        for k in 0..D {
-                            for l in 0..D {
-                                rows[i][k][l] += geometry.volume * left[j] * operator[i][j][k][l];
-                            }
-                        }
-                    }
-                }
-                for (b, right) in geometry.gradients.iter().enumerate() {
-                    for i in 0..D {
-                        for k in 0..D {
-                            let mut sum = 0.0;
-                            for l in 0..D {
-                                sum += rows[i][k][l] * right[l];
-                            }
-                            stiffness[(a * D + i) * size + b * D + k] += sum;
-                        }
-                    }
-                }
-            }
-        }
+        let size = pattern.element_equations(element).len();
+        element_tangent(problem, at, tangents, element, &mut stiffness)?;
         for row in 0..size {
             for column in 0..size {
                 add(element, row, column, stiffness[row * size + column]);
             }
         }
     }
+    let positions = &at.unknowns[..problem.layout().displacement_count()];
     problem
         .surface_loads()
-        .stiffness::<D>(coordinates, loads, &mut add);
+        .stiffness::<D>(positions, at.loads, &mut add);
     Ok(system)
 }
 
+/// The dense tangent of one element, follower loads left out, row by row in the order of
+/// [`Layout::element_dofs`](crate::layout::Layout::element_dofs); `matrix` is overwritten.
+///
+/// # Errors
+/// An element that is inverted at these positions.
+///
+/// # Panics
+/// When an array has not the length the problem gives it.
+pub fn element_tangent<const D: usize>(
+    problem: &Problem<D>,
+    at: &Configuration<'_>,
+    tangents: &[f64],
+    element: usize,
+    matrix: &mut Vec<f64>,
+) -> Result<(), InvertedElement> {
+    let size = problem.pattern().element_equations(element).len();
+    matrix.clear();
+    matrix.resize(size * size, 0.0);
+    let nodes = problem.mesh().element(element);
+    let reference = problem.reference_points();
+    let multiplier = second_gradient::multiplier(problem, at.unknowns, element);
+    for (point, data) in reference.iter().enumerate() {
+        let geometry =
+            point_geometry(data, nodes, at.unknowns).ok_or(InvertedElement { element, point })?;
+        let index = element * reference.len() + point;
+        let sigma = net_stress(at.stress, index, multiplier.as_ref());
+        let operator = spatial_operator::<D>(&sigma, tangents, index);
+        for (a, left) in geometry.gradients.iter().enumerate() {
+            // g_j A_ijkl, volume included.
+            let mut rows = [[[0.0; D]; D]; D];
+            for i in 0..D {
+                for j in 0..D {
+                    for k in 0..D {
+                        for l in 0..D {
+                            rows[i][k][l] += geometry.volume * left[j] * operator[i][j][k][l];
+                        }
+                    }
+                }
+            }
+            for (b, right) in geometry.gradients.iter().enumerate() {
+                for i in 0..D {
+                    for k in 0..D {
+                        let mut sum = 0.0;
+                        for l in 0..D {
+                            sum += rows[i][k][l] * right[l];
+                        }
+                        matrix[(a * D + i) * size + b * D + k] += sum;
+                    }
+                }
+            }
+        }
+    }
+    if multiplier.is_some() {
+        second_gradient::add_tangent(problem, at, element, matrix, size)?;
+    }
+    Ok(())
+}
+
 /// A_ijkl = C_ijkl − σ_il δ_jk + σ_ij δ_kl.
-fn spatial_operator<const D: usize>(stress: &[f64], tangents: &[f64], index: usize) -> Tensor4<D> {
-    let sigma = tensor::load2::<D>(stress, index);
+fn spatial_operator<const D: usize>(
+    sigma: &Tensor2<D>,
+    tangents: &[f64],
+    index: usize,
+) -> Tensor4<D> {
     let mut operator = tensor::load4::<D>(tangents, index);
     for i in 0..D {
         for j in 0..D {

@@ -1,10 +1,11 @@
-//! From displacement conditions to equations: which components are given, which are unknown, and
-//! whether the conditions make sense together.
+//! From displacement conditions to equations: which components are given, which are tied to others,
+//! which are unknown, and whether the conditions make sense together.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::{BoundaryProblem, Condition, Target, Value};
 use crate::element::Element;
+use crate::layout::Layout;
 use crate::mesh::Mesh;
 
 /// A displacement component with a given value.
@@ -16,18 +17,41 @@ pub struct Prescribed {
     pub value: Value,
 }
 
+/// A node that moves as another one does: its displacement, and v where both carry it, have the same
+/// increments.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Tie {
+    /// The node that follows.
+    pub node: usize,
+    /// The node it follows.
+    pub to: usize,
+}
+
+/// What says which degrees of freedom are free.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Given<'a> {
+    pub conditions: &'a [Condition],
+    pub ties: &'a [Tie],
+    /// Degrees of freedom of v that do not change, ascending.
+    pub held: &'a [usize],
+    pub load_count: usize,
+}
+
 /// The split of the degrees of freedom into prescribed and free ones.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Constraints {
     /// Prescribed components, ascending.
     pub prescribed: Vec<Prescribed>,
-    /// Free degrees of freedom, ascending; position = equation number.
+    /// Free degrees of freedom that follow no other, ascending; position = equation number.
     pub free: Vec<usize>,
-    /// Equation of every degree of freedom, `None` where prescribed.
+    /// Equation of every degree of freedom, `None` where prescribed; that of another one where it
+    /// follows it.
     pub equation: Vec<Option<usize>>,
+    /// Pairs (degree of freedom that follows, the one it follows, which itself follows none).
+    pub tied: Vec<(usize, usize)>,
 }
 
-fn names<T>(map: &BTreeMap<String, T>) -> String {
+pub(crate) fn names<T>(map: &BTreeMap<String, T>) -> String {
     if map.is_empty() {
         return "none".into();
     }
@@ -56,15 +80,22 @@ pub(super) fn boundary_nodes<const D: usize>(
 }
 
 impl Constraints {
-    /// Collects the displacement conditions of a sound mesh; every fault goes to `problems`.
+    /// Collects what is given on a sound mesh; every fault goes to `problems`.
     pub(crate) fn new<const D: usize>(
         mesh: &Mesh<D>,
         element: &dyn Element<D>,
-        conditions: &[Condition],
-        load_count: usize,
+        layout: &Layout<D>,
+        given: &Given<'_>,
         problems: &mut Vec<BoundaryProblem>,
     ) -> Self {
+        let Given {
+            conditions,
+            ties,
+            held,
+            load_count,
+        } = *given;
         let before = problems.len();
+        let leader = leaders(layout, mesh.nodes.len(), ties, problems);
         let mut given: BTreeMap<usize, (usize, Value)> = BTreeMap::new();
         let mut reported = BTreeSet::new();
         for (number, condition) in conditions.iter().enumerate() {
@@ -91,7 +122,7 @@ impl Constraints {
                     .collect(),
             };
             for node in nodes {
-                let dof = node * D + component;
+                let dof = leader[node * D + component];
                 let (first, known) = *given.entry(dof).or_insert((number, *value));
                 // One report per pair of conditions: a shared edge has many nodes.
                 if known != *value && reported.insert((first, number)) {
@@ -104,30 +135,68 @@ impl Constraints {
                 }
             }
         }
-        let dofs = mesh.nodes.len() * D;
-        let free: Vec<usize> = (0..dofs).filter(|dof| !given.contains_key(dof)).collect();
-        let mut equation = vec![None; dofs];
+        let mut values: BTreeMap<usize, Value> = given
+            .into_iter()
+            .map(|(dof, (_, value))| (dof, value))
+            .collect();
+        if problems.len() == before {
+            if values.len() == leads(&leader[..layout.displacement_count()]) {
+                problems.push(BoundaryProblem::NoUnknowns);
+            }
+            let fixed: Vec<usize> = values.keys().copied().collect();
+            problems.extend(rigid_motions(mesh, &fixed));
+        }
+        let constant = Value::Constant(0.0);
+        values.extend(held.iter().map(|&dof| (leader[dof], constant)));
+        let tied: Vec<(usize, usize)> = leader
+            .iter()
+            .enumerate()
+            .filter_map(|(dof, &to)| (dof != to).then_some((dof, to)))
+            .collect();
+        for &(dof, to) in &tied {
+            if let Some(value) = values.get(&to).copied() {
+                values.insert(dof, value);
+            }
+        }
+        let idle = idle_multipliers(mesh, layout, |dof| values.contains_key(&dof));
+        values.extend(idle.into_iter().map(|dof| (dof, constant)));
+
+        let unknown = |dof: &usize| leader[*dof] == *dof && !values.contains_key(dof);
+        let free: Vec<usize> = (0..layout.len()).filter(unknown).collect();
+        let mut equation = vec![None; layout.len()];
         for (number, &dof) in free.iter().enumerate() {
             equation[dof] = Some(number);
         }
-        if problems.len() == before {
-            if free.is_empty() {
-                problems.push(BoundaryProblem::NoUnknowns);
-            }
-            let held: Vec<usize> = given.keys().copied().collect();
-            problems.extend(rigid_motions(mesh, &held));
+        for &(dof, to) in &tied {
+            equation[dof] = equation[to];
         }
-        let prescribed = given
+        let prescribed = values
             .into_iter()
-            .map(|(dof, (_, value))| Prescribed { dof, value })
+            .map(|(dof, value)| Prescribed { dof, value })
             .collect();
         let constraints = Constraints {
             prescribed,
             free,
             equation,
+            tied,
         };
         constraints.check_loads(mesh, element, conditions, problems);
         constraints
+    }
+
+    /// Adds what a list of forces has on a degree of freedom that follows another to that other one.
+    pub(crate) fn gather(&self, forces: &mut [f64]) {
+        for &(dof, to) in &self.tied {
+            forces[to] += forces[dof];
+            forces[dof] = 0.0;
+        }
+    }
+
+    /// Gives a degree of freedom that follows another the other's increment.
+    pub(crate) fn spread(&self, increments: &mut [f64]) {
+        for &(dof, to) in &self.tied {
+            increments[dof] = increments[to];
+        }
     }
 
     /// A load whose every node component is held cannot act.
@@ -163,6 +232,90 @@ impl Constraints {
             }
         }
     }
+}
+
+/// The degree of freedom each one follows in the end, itself where it follows none.
+fn leaders<const D: usize>(
+    layout: &Layout<D>,
+    nodes: usize,
+    ties: &[Tie],
+    problems: &mut Vec<BoundaryProblem>,
+) -> Vec<usize> {
+    let mut node_of: Vec<usize> = (0..nodes).collect();
+    let mut faults = false;
+    for tie in ties {
+        let known = tie.node < nodes && tie.to < nodes;
+        if !known || tie.node == tie.to || node_of[tie.node] != tie.node {
+            problems.push(BoundaryProblem::Tie {
+                node: tie.node,
+                to: tie.to,
+            });
+            faults = true;
+            continue;
+        }
+        node_of[tie.node] = tie.to;
+    }
+    let mut leader: Vec<usize> = (0..layout.len()).collect();
+    if faults {
+        return leader;
+    }
+    for node in 0..nodes {
+        let mut to = node;
+        // A chain longer than the mesh is a circle.
+        for _ in 0..nodes {
+            if node_of[to] == to {
+                break;
+            }
+            to = node_of[to];
+        }
+        if node_of[to] != to {
+            problems.push(BoundaryProblem::Tie { node, to });
+            return (0..layout.len()).collect();
+        }
+        for i in 0..D {
+            leader[node * D + i] = to * D + i;
+        }
+        if let (Some(from), Some(to)) = (layout.gradient_dof(node), layout.gradient_dof(to)) {
+            for component in 0..D * D {
+                leader[from + component] = to + component;
+            }
+        }
+    }
+    leader
+}
+
+/// Number of degrees of freedom that follow none.
+fn leads(leader: &[usize]) -> usize {
+    let own = leader.iter().enumerate();
+    own.filter(|(dof, to)| dof == *to).count()
+}
+
+/// Components λ_ij of elements in which u_i and v_ij are held throughout: there is nothing for them
+/// to do, and no equation could find them.
+fn idle_multipliers<const D: usize>(
+    mesh: &Mesh<D>,
+    layout: &Layout<D>,
+    held: impl Fn(usize) -> bool,
+) -> Vec<usize> {
+    let mut idle = Vec::new();
+    for element in 0..mesh.element_count() {
+        let Some(first) = layout.multiplier_dof(element) else {
+            continue;
+        };
+        let nodes = mesh.element(element);
+        for i in 0..D {
+            for j in 0..D {
+                let mut motion = nodes.iter().map(|node| node * D + i);
+                let mut gradient = nodes
+                    .iter()
+                    .filter_map(|&node| Some(layout.gradient_dof(node)? + i * D + j));
+                if motion.all(&held) && gradient.all(&held) {
+                    idle.push(first + i * D + j);
+                }
+            }
+        }
+    }
+    idle
 }
 
 /// Names, components and loads of one condition.

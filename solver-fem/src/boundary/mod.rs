@@ -10,7 +10,8 @@ mod loads;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-pub use constraints::{Constraints, Prescribed};
+pub use constraints::{Constraints, Prescribed, Tie};
+pub(crate) use constraints::{Given, names};
 pub use loads::SurfaceLoads;
 
 /// A quantity that may follow a load.
@@ -221,6 +222,15 @@ pub enum BoundaryProblem {
         condition: usize,
         /// The boundary.
         boundary: String,
+    },
+    /// A tie refers to a node that does not exist, to itself, or back to itself through others; or a
+    /// node follows two others.
+    #[error("node {node} cannot follow node {to}")]
+    Tie {
+        /// The node that should follow.
+        node: usize,
+        /// The node it should follow.
+        to: usize,
     },
     /// The body can move as a whole.
     #[error("the body is free to move as a whole: {motion}")]

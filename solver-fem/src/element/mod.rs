@@ -27,6 +27,8 @@ pub use q8::{Q8, Q8Rule};
 pub use quadrature::QuadraturePoint;
 pub use t6::{T6, T6Rule};
 
+use crate::second_gradient::CornerPoint;
+
 /// Reference element with the quadrature its displacement field uses.
 pub trait Element<const D: usize>: std::fmt::Debug + Send + Sync {
     /// Name as an engineer writes it, e.g. `Q8`.
@@ -46,6 +48,13 @@ pub trait Element<const D: usize>: std::fmt::Debug + Send + Sync {
 
     /// Derivatives ∂N_a/∂ξ_j in the same order.
     fn shape_gradients(&self, xi: &[f64; D], gradients: &mut [[f64; D]]);
+
+    /// Shape functions of a field carried by the corner nodes (the first nodes of the element) at a
+    /// reference point: what v of [second gradient](crate::second_gradient) lives in. `None` for an
+    /// element that second gradient was not shown to work on.
+    fn corner_field(&self, _xi: &[f64; D]) -> Option<CornerPoint<D>> {
+        None
+    }
 
     /// Points and weights of the volume rule; their order defines the local Gauss point number.
     fn quadrature(&self) -> Vec<QuadraturePoint<D>>;

@@ -2,6 +2,7 @@
 
 use super::quadrature::{GaussOrder, QuadraturePoint, tensor_product};
 use super::{Element, FacetPoint, Line3};
+use crate::second_gradient::CornerPoint;
 
 /// Integration rule of a [`Q8`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -85,6 +86,16 @@ impl Element<2> for Q8 {
         gradients[5] = [0.5 * (1.0 - y * y), -y * (1.0 + x)];
         gradients[6] = [-x * (1.0 + y), 0.5 * (1.0 - x * x)];
         gradients[7] = [-0.5 * (1.0 - y * y), -y * (1.0 - x)];
+    }
+
+    /// Bilinear: M = ¼(1+ξξₐ)(1+ηηₐ).
+    fn corner_field(&self, &[x, y]: &[f64; 2]) -> Option<CornerPoint<2>> {
+        let corner = |[xa, ya]: [f64; 2]| 0.25 * (1.0 + x * xa) * (1.0 + y * ya);
+        let slope = |[xa, ya]: [f64; 2]| [0.25 * xa * (1.0 + y * ya), 0.25 * ya * (1.0 + x * xa)];
+        Some(CornerPoint {
+            shape: CORNERS.map(corner).to_vec(),
+            gradients: CORNERS.map(slope).to_vec(),
+        })
     }
 
     fn quadrature(&self) -> Vec<QuadraturePoint<2>> {

@@ -2,8 +2,9 @@
 
 use super::state::{Iterate, Size};
 use super::{FailureReason, Phase, Safeguarded, StepSettings, Strategy, safeguard};
-use crate::assembly::{residual, tangent};
+use crate::assembly::{Configuration, residual, tangent};
 use crate::kinematics::{InvertedElement, point_geometry};
+use crate::layout::Field;
 use crate::linear_solver::LinearError;
 use crate::problem::Problem;
 use crate::tensor::{flatten4, load4, norm};
@@ -37,16 +38,18 @@ fn linear_failure<const D: usize>(problem: &Problem<D>, error: LinearError) -> F
             equation,
             amplification,
         } => {
-            let dof = problem
-                .constraints()
-                .free
-                .get(equation)
-                .copied()
-                .unwrap_or(0);
-            FailureReason::Singular {
-                node: dof / D,
-                component: dof % D,
-                amplification,
+            let free = &problem.constraints().free;
+            let dof = free.get(equation).copied().unwrap_or(0);
+            match problem.layout().field(dof) {
+                Field::Displacement => FailureReason::Singular {
+                    node: dof / D,
+                    component: dof % D,
+                    amplification,
+                },
+                Field::Gradient | Field::Multiplier => FailureReason::SingularField {
+                    unknown: problem.layout().describe(dof),
+                    amplification,
+                },
             }
         }
         other => FailureReason::LinearSolver {
@@ -100,9 +103,7 @@ fn chosen<const D: usize>(iterate: &Iterate, phase: Phase, choice: TangentChoice
 
 struct Equilibrium<'a, const D: usize> {
     problem: &'a Problem<D>,
-    coordinates: &'a [f64],
-    stress: &'a [f64],
-    loads: &'a [f64],
+    at: Configuration<'a>,
 }
 
 impl<const D: usize> Equilibrium<'_, D> {
@@ -113,14 +114,9 @@ impl<const D: usize> Equilibrium<'_, D> {
         tangents: &[f64],
         prescribed: &[f64],
     ) -> Result<Result<(Vec<f64>, f64), LinearError>, FailureReason> {
-        let Equilibrium {
-            problem,
-            coordinates,
-            stress,
-            loads,
-        } = *self;
-        let out_of_balance = residual(problem, coordinates, stress, loads)?;
-        let system = tangent(problem, coordinates, stress, tangents, loads, prescribed)?;
+        let Equilibrium { problem, at } = self;
+        let out_of_balance = residual(problem, at)?;
+        let system = tangent(problem, at, tangents, prescribed)?;
         let free = &problem.constraints().free;
         let rhs: Vec<f64> = free
             .iter()
@@ -136,6 +132,7 @@ impl<const D: usize> Equilibrium<'_, D> {
             for (&dof, x) in free.iter().zip(&solution.x) {
                 du[dof] = *x;
             }
+            problem.constraints().spread(&mut du);
             (du, solution.relative_residual)
         }))
     }
@@ -185,24 +182,19 @@ pub(super) fn predict<const D: usize>(
 ) -> Result<Correction, FailureReason> {
     let mut tangents = state.predictor_tangents.clone();
     let safeguarded = guard::<D>(&mut tangents, &state.elastic_tangents, settings);
+    let unknowns = state.unknowns();
     let equilibrium = Equilibrium {
         problem,
-        coordinates: &state.coordinates,
-        stress: &state.stress,
-        loads,
+        at: state.configuration(&unknowns, loads),
     };
     let (du, linear_residual) =
         equilibrium.solve_first(&[&tangents, &state.elastic_tangents], prescribed)?;
-    let coordinates: Vec<f64> = state
-        .coordinates
-        .iter()
-        .zip(&du)
-        .map(|(x, d)| x + d)
-        .collect();
+    let coordinates: Vec<f64> = unknowns.iter().zip(&du).map(|(x, d)| x + d).collect();
     if let Some(element) = inverted(problem, &coordinates) {
         return Err(element.into());
     }
-    let size = judge(problem, norm(&du), f64::INFINITY, settings);
+    let length = norm(&du[..problem.dof_count()]);
+    let size = judge(problem, length, f64::INFINITY, settings);
     Ok(Correction {
         coordinates,
         ratio: 1.0,
@@ -245,11 +237,11 @@ pub(super) fn correct<const D: usize>(
     let safeguarded = guard::<D>(&mut tangents, elastic, settings);
     let equilibrium = Equilibrium {
         problem,
-        coordinates: &iterate.coordinates,
-        stress: &iterate.stress,
-        loads,
+        at: iterate.configuration(committed, loads),
     };
-    let held = vec![0.0; problem.dof_count()];
+    let held = vec![0.0; problem.layout().len()];
+    // A correction is judged and capped by its displacements.
+    let moving = problem.dof_count();
     let candidates = [&tangents[..], &iterate.elastic_tangents, elastic];
     let (mut du, linear_residual) = equilibrium.solve_first(&candidates, &held)?;
 
@@ -258,7 +250,7 @@ pub(super) fn correct<const D: usize>(
     {
         let so_far = norm(&difference(&iterate.coordinates, &committed.coordinates));
         let limit = two_phase.correction_cap * so_far;
-        let length = norm(&du);
+        let length = norm(&du[..moving]);
         if length > limit && limit > 0.0 {
             du.iter_mut().for_each(|d| *d *= limit / length);
         }
@@ -280,7 +272,7 @@ pub(super) fn correct<const D: usize>(
         }
         halvings += 1;
     };
-    let length = norm(&du);
+    let length = norm(&du[..moving]);
     let step = norm(&difference(&coordinates, &committed.coordinates));
     let ratio = if length == 0.0 { 0.0 } else { length / step };
     let size = judge(problem, length, ratio, settings);

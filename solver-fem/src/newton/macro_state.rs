@@ -3,10 +3,11 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::assembly::residual;
+use crate::assembly::{Configuration, Start, residual};
 use crate::constitutive::GaussPointId;
 use crate::kinematics::InvertedElement;
 use crate::problem::Problem;
+use crate::second_gradient::SecondGradientState;
 use crate::tensor::{self, Tensor2, Tensor4};
 
 /// State of the macro scale at the end of a step. Arrays are flat: nodes × D, or Gauss points × D²
@@ -27,6 +28,9 @@ pub struct MacroState<const D: usize> {
     pub reactions: Vec<f64>,
     /// Load values.
     pub loads: Vec<f64>,
+    /// The fields of second gradient, where the problem has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub second_gradient: Option<SecondGradientState>,
 }
 
 /// A state does not fit its problem.
@@ -42,6 +46,9 @@ pub enum StateError {
         /// The length the problem gives.
         expected: usize,
     },
+    /// The state has fields of second gradient and the problem none, or the other way round.
+    #[error("read the macro state: {0}")]
+    SecondGradient(&'static str),
     /// A number is NaN or infinite.
     #[error("read the macro state: {what} holds a value that is not a finite number")]
     NonFinite {
@@ -74,9 +81,11 @@ impl<const D: usize> MacroState<D> {
             elastic_tangents: tangents,
             reactions: vec![0.0; problem.dof_count()],
             loads: loads.to_vec(),
+            second_gradient: zero_fields(problem),
         };
         state.check(problem)?;
-        let out_of_balance = residual(problem, &state.coordinates, &state.stress, loads)?;
+        let unknowns = state.unknowns();
+        let out_of_balance = residual(problem, &state.configuration(&unknowns, loads))?;
         state.reactions = reactions(problem, &out_of_balance.vector);
         Ok(state)
     }
@@ -88,7 +97,33 @@ impl<const D: usize> MacroState<D> {
     pub fn check(&self, problem: &Problem<D>) -> Result<(), StateError> {
         let (dofs, points) = (problem.dof_count(), problem.gauss_point_count());
         let tensor4 = points * D * D * D * D;
+        let layout = problem.layout();
+        let (none, fields) = (Vec::new(), self.second_gradient.as_ref());
+        match (fields, layout.multiplier_count()) {
+            (None, 1..) => {
+                return Err(StateError::SecondGradient(
+                    "the problem has a second gradient, the state none",
+                ));
+            }
+            (Some(_), 0) => {
+                return Err(StateError::SecondGradient(
+                    "the state has a second gradient, the problem none",
+                ));
+            }
+            _ => {}
+        }
+        let of = |array: fn(&SecondGradientState) -> &Vec<f64>| fields.map_or(&none, array);
+        let double_stress = fields.map_or(0, |_| points * D * D * D);
+        let (gradient, multipliers) = (layout.gradient_count(), layout.multiplier_count());
         for (what, array, expected) in [
+            ("the double stress", of(|f| &f.double_stress), double_stress),
+            (
+                "the list of multipliers",
+                of(|f| &f.multipliers),
+                multipliers,
+            ),
+            ("the increment of v", of(|f| &f.increment), gradient),
+            ("the field v", of(|f| &f.gradient), gradient),
             ("the displacement", &self.displacement, dofs),
             ("the list of positions", &self.coordinates, dofs),
             ("the stress", &self.stress, points * D * D),
@@ -119,6 +154,37 @@ impl<const D: usize> MacroState<D> {
         Ok(())
     }
 
+    /// All unknowns at the beginning of the next step, in the order of the problem's
+    /// [`Layout`](crate::layout::Layout): positions, v = 0, λ.
+    pub fn unknowns(&self) -> Vec<f64> {
+        let mut unknowns = self.coordinates.clone();
+        if let Some(fields) = &self.second_gradient {
+            unknowns.resize(unknowns.len() + fields.gradient.len(), 0.0);
+            unknowns.extend(&fields.multipliers);
+        }
+        unknowns
+    }
+
+    /// What the next step begins from.
+    pub fn start(&self) -> Start<'_> {
+        let fields = self.second_gradient.as_ref();
+        Start {
+            coordinates: &self.coordinates,
+            double_stress: fields.map_or(&[], |fields| &fields.double_stress),
+        }
+    }
+
+    /// The configuration of this state at the beginning of the next step, under other loads;
+    /// `unknowns` are [those](Self::unknowns) of the state.
+    pub fn configuration<'a>(&'a self, unknowns: &'a [f64], loads: &'a [f64]) -> Configuration<'a> {
+        Configuration {
+            unknowns,
+            stress: &self.stress,
+            loads,
+            start: self.start(),
+        }
+    }
+
     /// Cauchy stress of a Gauss point.
     ///
     /// # Panics
@@ -136,10 +202,18 @@ impl<const D: usize> MacroState<D> {
     }
 }
 
-/// The entries of a residual on prescribed degrees of freedom, zero elsewhere.
+/// The fields of second gradient before the first step; `None` in a plain problem.
+fn zero_fields<const D: usize>(problem: &Problem<D>) -> Option<SecondGradientState> {
+    let layout = problem.layout();
+    let (gradient, multipliers) = (layout.gradient_count(), layout.multiplier_count());
+    let double_stress = problem.gauss_point_count() * D * D * D;
+    (multipliers > 0).then(|| SecondGradientState::zero(double_stress, multipliers, gradient))
+}
+
+/// The entries of a residual on prescribed displacements, zero elsewhere.
 pub(super) fn reactions<const D: usize>(problem: &Problem<D>, residual: &[f64]) -> Vec<f64> {
     let equation = &problem.constraints().equation;
-    residual
+    residual[..problem.dof_count()]
         .iter()
         .zip(equation)
         .map(|(r, eq)| if eq.is_some() { 0.0 } else { *r })

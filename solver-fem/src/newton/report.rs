@@ -35,6 +35,10 @@ pub struct SweepReport {
     pub safeguarded: usize,
     /// Relative residual of the linear solve of that correction.
     pub linear_residual: f64,
+    /// ‖∫(grad u − v)‖/‖∫grad u‖ of the step, where there is a second gradient: it must fall below
+    /// the force tolerance too.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mismatch: Option<f64>,
 }
 
 /// How well a step was solved.
@@ -128,6 +132,16 @@ pub enum FailureReason {
         node: usize,
         /// Its component.
         component: usize,
+        /// Estimate of the condition number.
+        amplification: f64,
+    },
+    /// The equations of second gradient are singular, even with elastic tangents.
+    #[error(
+        "solve the step: nothing determines {unknown} (the stiffness is singular); where too much is held of u and v, leave a boundary free of double traction"
+    )]
+    SingularField {
+        /// The unknown, as `v12 of node 5`.
+        unknown: String,
         /// Estimate of the condition number.
         amplification: f64,
     },

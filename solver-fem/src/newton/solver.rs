@@ -12,9 +12,9 @@ use super::{
     Acceptance, FailureReason, MacroState, Phase, StepFailure, StepOutcome, StepSettings, Strategy,
     SweepReport,
 };
-use crate::assembly::{Residual, element_shares, residual};
+use crate::assembly::{Configuration, Residual, element_shares, residual};
 use crate::constitutive::{Base, ConstitutiveResponse, GaussPointId, Wave};
-use crate::kinematics::{deformation_gradient, point_geometry};
+use crate::kinematics::{InvertedElement, deformation_gradient, point_geometry};
 use crate::problem::Problem;
 use crate::tensor::Tensor2;
 
@@ -86,7 +86,7 @@ impl<const D: usize> StepSolver<D> {
                 return Err(BeginError::Loads { expected, found });
             }
         }
-        let mut prescribed = vec![0.0; problem.dof_count()];
+        let mut prescribed = vec![0.0; problem.layout().len()];
         for given in &problem.constraints().prescribed {
             prescribed[given.dof] = given.value.at(values_next) - given.value.at(values_n);
         }
@@ -101,7 +101,7 @@ impl<const D: usize> StepSolver<D> {
                     phase: Phase::Pure,
                     base: Base::Committed,
                     start: None,
-                    coordinates: committed.coordinates.clone(),
+                    coordinates: committed.unknowns(),
                     base_coordinates: Vec::new(),
                     correction: 1.0,
                     size: Size::Significant,
@@ -131,7 +131,7 @@ impl<const D: usize> StepSolver<D> {
         state.committed.check(problem).map_err(|_| RestoreError {
             what: "the committed state",
         })?;
-        let (dofs, points) = (problem.dof_count(), problem.gauss_point_count());
+        let (dofs, points) = (problem.layout().len(), problem.gauss_point_count());
         let trial = &state.trial;
         let base_fits = match trial.base {
             Base::Committed => trial.base_coordinates.is_empty(),
@@ -260,12 +260,7 @@ impl<const D: usize> StepSolver<D> {
         let trial = &self.state.trial;
         let (phase, size) = (trial.phase, trial.size);
         let mut iterate = Iterate::new(trial.wave, trial.coordinates.clone(), responses);
-        let balance = residual(
-            &self.problem,
-            &iterate.coordinates,
-            &iterate.stress,
-            &self.state.loads,
-        )?;
+        let balance = self.balance(&iterate)?;
         let ratio = balance.ratio();
         iterate.residual = ratio;
         self.state.sweeps.push(SweepReport {
@@ -276,6 +271,7 @@ impl<const D: usize> StepSolver<D> {
             rebased: iterate.rebased.iter().filter(|&&rebased| rebased).count(),
             safeguarded: trial.safeguarded,
             linear_residual: trial.linear_residual,
+            mismatch: balance.mismatch,
         });
         if phase == Phase::Pure {
             let mut tangents = iterate.tangents.clone();
@@ -283,10 +279,15 @@ impl<const D: usize> StepSolver<D> {
             guard::<D>(&mut tangents, elastic, &self.state.settings);
             self.state.predictor_tangents = tangents;
         }
-        let small = ratio <= self.state.settings.force_tolerance;
+        let tolerance = self.state.settings.force_tolerance;
+        // Where nothing moves, the mismatch is noise over noise.
+        let tied = size == Size::Negligible && self.is_still(&iterate)
+            || balance
+                .mismatch
+                .is_none_or(|mismatch| mismatch <= tolerance);
+        let small = ratio <= tolerance && tied;
         if small && size == Size::Negligible {
-            self.converge(iterate, &balance, Acceptance::Tolerance);
-            return Ok(());
+            return self.converge(iterate, &balance, Acceptance::Tolerance);
         }
         if self
             .state
@@ -312,8 +313,7 @@ impl<const D: usize> StepSolver<D> {
             &self.state.settings,
         )?;
         if small && correction.size == Size::Negligible && from.wave == iterate.wave {
-            self.converge(iterate, &balance, Acceptance::Tolerance);
-            return Ok(());
+            return self.converge(iterate, &balance, Acceptance::Tolerance);
         }
         if plan.from == Origin::Best {
             self.state.restored = Some(from.wave);
@@ -373,35 +373,63 @@ impl<const D: usize> StepSolver<D> {
         };
         match settings.strategy {
             Strategy::TwoPhase(two_phase) if best.residual <= two_phase.loose_tolerance => {
-                let loads = &self.state.loads;
-                let balance = residual(&self.problem, &best.coordinates, &best.stress, loads)?;
+                let balance = self.balance(&best)?;
                 let accepted = Acceptance::LooselyAccepted {
                     residual: best.residual,
                 };
-                self.converge(best, &balance, accepted);
-                Ok(())
+                self.converge(best, &balance, accepted)
             }
             _ => Err(not_converged(best.residual)),
         }
     }
 
-    fn converge(&mut self, iterate: Iterate, balance: &Residual, accepted: Acceptance) {
+    fn balance(&self, iterate: &Iterate) -> Result<Residual, InvertedElement> {
+        residual(&self.problem, &self.configuration(iterate))
+    }
+
+    fn configuration<'a>(&'a self, iterate: &'a Iterate) -> Configuration<'a> {
+        iterate.configuration(&self.state.committed, &self.state.loads)
+    }
+
+    /// Whether the step moved by no more than what counts as none.
+    fn is_still(&self, iterate: &Iterate) -> bool {
+        let before = self.state.committed.coordinates.iter();
+        let moved: f64 = before
+            .zip(&iterate.coordinates)
+            .map(|(a, b)| (b - a) * (b - a))
+            .sum();
+        let mean = (moved / self.problem.dof_count() as f64).sqrt();
+        mean <= self.state.settings.displacement_floor * self.problem.mesh().diameter()
+    }
+
+    fn converge(
+        &mut self,
+        iterate: Iterate,
+        balance: &Residual,
+        accepted: Acceptance,
+    ) -> Result<(), FailureReason> {
+        let second_gradient = match &self.state.committed.second_gradient {
+            None => None,
+            Some(before) => {
+                let at = self.configuration(&iterate);
+                Some(before.after(&self.problem, &at)?)
+            }
+        };
+        let mut coordinates = iterate.coordinates;
+        coordinates.truncate(self.problem.dof_count());
         let initial = self.problem.initial();
-        let displacement = iterate
-            .coordinates
-            .iter()
-            .zip(initial)
-            .map(|(x, x0)| x - x0)
-            .collect();
+        let displacement = coordinates.iter().zip(initial);
+        let displacement = displacement.map(|(x, x0)| x - x0).collect();
         let outcome = StepOutcome {
             state: MacroState {
                 displacement,
-                coordinates: iterate.coordinates,
+                coordinates,
                 stress: iterate.stress,
                 predictor_tangents: self.state.predictor_tangents.clone(),
                 elastic_tangents: self.state.committed.elastic_tangents.clone(),
                 reactions: reactions(&self.problem, &balance.vector),
                 loads: self.state.loads.clone(),
+                second_gradient,
             },
             wave: iterate.wave,
             accepted,
@@ -409,6 +437,7 @@ impl<const D: usize> StepSolver<D> {
             sweeps: self.state.sweeps.clone(),
         };
         self.state.status = Status::Converged(Box::new(outcome));
+        Ok(())
     }
 
     fn fail(&mut self, reason: FailureReason) {
@@ -417,13 +446,7 @@ impl<const D: usize> StepSolver<D> {
 
     fn failure(&self, reason: FailureReason) -> StepFailure {
         let worst_elements = self.state.best.as_ref().and_then(|best| {
-            let balance = residual(
-                &self.problem,
-                &best.coordinates,
-                &best.stress,
-                &self.state.loads,
-            )
-            .ok()?;
+            let balance = self.balance(best).ok()?;
             Some(element_shares(
                 &self.problem,
                 &balance.vector,

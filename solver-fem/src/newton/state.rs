@@ -3,10 +3,12 @@
 use serde::{Deserialize, Serialize};
 
 use super::{MacroState, Phase, StepFailure, StepOutcome, StepSettings, SweepReport};
+use crate::assembly::Configuration;
 use crate::constitutive::{Base, ConstitutiveResponse, Smoothness};
 use crate::tensor;
 
-/// An evaluated iterate: positions and the constitutive answers there.
+/// An evaluated iterate: positions (with second gradient, all unknowns in the order of the problem's
+/// layout) and the constitutive answers there.
 #[derive(Serialize, Deserialize, Clone, PartialEq, Debug)]
 pub(super) struct Iterate {
     pub wave: u32,
@@ -38,6 +40,20 @@ impl Iterate {
             residual: f64::INFINITY,
         }
     }
+
+    /// The iterate within a step from `committed`.
+    pub fn configuration<'a, const D: usize>(
+        &'a self,
+        committed: &'a MacroState<D>,
+        loads: &'a [f64],
+    ) -> Configuration<'a> {
+        Configuration {
+            unknowns: &self.coordinates,
+            stress: &self.stress,
+            loads,
+            start: committed.start(),
+        }
+    }
 }
 
 /// Whether a correction is small enough to stop.
@@ -54,8 +70,9 @@ pub(super) struct Trial {
     pub phase: Phase,
     pub base: Base,
     pub start: Option<u32>,
+    /// Positions, or all unknowns, as in [`Iterate`].
     pub coordinates: Vec<f64>,
-    /// Positions of the base; empty for the committed ones.
+    /// The same of the base; empty for the committed ones.
     pub base_coordinates: Vec<f64>,
     /// ‖du‖/‖Δu‖ of the correction that led here.
     pub correction: f64,

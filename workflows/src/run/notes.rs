@@ -1,6 +1,6 @@
 //! What is right by the letter of the input and probably not meant. The user reads it once, before the run begins.
 
-use solver_fem::assembly::residual;
+use solver_fem::assembly::{Configuration, residual};
 
 use super::{error::RunError, model::Model};
 use crate::input::{
@@ -62,8 +62,9 @@ fn out_of_balance(
         .flat_map(|p| std::iter::repeat_n([p, 0.0, 0.0, p], per_element).flatten())
         .collect();
     let loads = &problem.programme.initial;
-    let balance = residual(&model.problem, model.problem.initial(), &stress, loads)
-        .map_err(|error| RunError::State(error.to_string()))?;
+    let at = Configuration::plain(model.problem.initial(), &stress, loads);
+    let balance =
+        residual(&model.problem, &at).map_err(|error| RunError::State(error.to_string()))?;
     let relative = balance.ratio();
     if relative.is_nan() || relative <= UNBALANCED {
         return Ok(None);
