@@ -109,6 +109,11 @@ impl TaskContext {
         );
     }
 
+    /// Whether the task was taken back before it began.
+    pub(crate) fn is_withdrawn(&self) -> bool {
+        self.shared.phase.load(Ordering::Acquire) == WITHDRAWN
+    }
+
     pub(crate) fn is_cancelled(&self) -> bool {
         self.shared.cancelled.load(Ordering::Acquire)
     }

@@ -21,7 +21,7 @@ pub struct Event {
 }
 
 /// The kinds of events. Of one task: a `TaskStarted` for each attempt, followed by `TaskFinished`,
-/// `TaskRetried` or `TaskFailed`; a task that never started has one `TaskFailed`.
+/// `TaskRetried`, `TaskWithdrawn` or `TaskFailed`; a task that never started has one `TaskFailed`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum EventKind {
@@ -97,6 +97,21 @@ pub enum EventKind {
         /// How long the director took.
         wall: Duration,
     },
+    /// An attempt was taken back from the executor before it began, because of a pause; it does not count.
+    TaskWithdrawn {
+        /// The task.
+        id: NodeId,
+        /// Its name.
+        label: Arc<str>,
+        /// The attempt that was not made.
+        attempt: u32,
+    },
+    /// A pause was asked for: nothing new starts.
+    Pausing,
+    /// Nothing runs any more.
+    Paused,
+    /// The pause is over.
+    Continued,
     /// The run was asked to stop.
     Cancelled {
         /// How urgently.

@@ -197,6 +197,19 @@ impl<W> Ledger<W> {
         }
     }
 
+    /// A started task was taken back before its attempt began; the attempt does not count.
+    pub(crate) fn take_back(&mut self, id: NodeId) {
+        if let Some(task) = self.task_mut(id) {
+            task.attempts -= 1;
+        }
+        self.make_ready_again(id);
+    }
+
+    /// Whether anything could start or be skipped now.
+    pub(crate) fn has_ready(&self) -> bool {
+        !(self.ready_tasks.is_empty() && self.ready_joins.is_empty() && self.to_skip.is_empty())
+    }
+
     pub(crate) fn label(&self, id: NodeId) -> Option<&Arc<str>> {
         match self.slot(id)? {
             Slot::Open(open) => Some(&open.label),

@@ -8,7 +8,7 @@
 //! - a [`Director`] that is told what ended and adds the next nodes.
 //!
 //! [`run`] (async) and [`run_blocking`] drive them to the end, with retry, time limits, cancellation,
-//! contained panics and an ordered stream of [`Event`]s.
+//! contained panics, pauses and an ordered stream of [`Event`]s.
 //!
 //! # What is guaranteed
 //!
@@ -24,6 +24,7 @@
 //!   does not let arrival order into its numbers.
 //! - A panicking task is a failed task. A hanging task with a time limit is a failed task, and the
 //!   thread that it keeps is replaced.
+//! - A paused run ([`PauseToken`]) starts nothing, loses nothing and gives the same outputs once it goes on.
 //! - Ended nodes keep 16 bytes each, until [`GraphHandle::forget_before`] drops these too.
 //!
 //! # Example
@@ -98,6 +99,7 @@ mod ledger;
 mod limit;
 mod local_pool;
 mod outcome;
+mod pause;
 mod run;
 mod scheduler;
 mod task;
@@ -111,6 +113,7 @@ pub use executor::{Attempt, BoxFuture, Executor, TaskError, perform, thread_cpu_
 pub use graph::{Graph, GraphHandle, NodeError, NodeId};
 pub use local_pool::{LocalPool, LocalPoolError};
 pub use outcome::{Cause, Finished, TaskFailure, TaskOutcome};
+pub use pause::{PauseState, PauseToken};
 pub use run::{OnFailure, RunEnd, RunError, RunOptions, RunSummary, run, run_blocking};
 pub use task::{RetryPolicy, TaskSpec};
 pub use work::Work;

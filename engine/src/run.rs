@@ -9,7 +9,7 @@ use tokio::task::JoinSet;
 
 use crate::director::{DirectorFailure, serve};
 use crate::scheduler::{Channels, Policy, Scheduler};
-use crate::{CancelToken, Director, EventSink, Executor, Graph, GraphHandle, Work};
+use crate::{CancelToken, Director, EventSink, Executor, Graph, GraphHandle, PauseToken, Work};
 
 /// What the failure of one task means for others.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -27,6 +27,8 @@ pub enum OnFailure {
 pub struct RunOptions {
     /// Stops the run.
     pub cancel: CancelToken,
+    /// Holds the run up and lets it go on.
+    pub pause: PauseToken,
     /// Where events go.
     pub events: EventSink,
     /// What the failure of one task means for others.
@@ -36,10 +38,11 @@ pub struct RunOptions {
 }
 
 impl Default for RunOptions {
-    /// No cancellation, no events, failures do not affect others, half a second of grace.
+    /// No cancellation, no pause, no events, failures do not affect others, half a second of grace.
     fn default() -> Self {
         Self {
             cancel: CancelToken::new(),
+            pause: PauseToken::new(),
             events: EventSink::none(),
             on_failure: OnFailure::Continue,
             grace: Duration::from_millis(500),
@@ -136,6 +139,8 @@ where
         to_inbox: to_inbox.clone(),
         calls,
         cancel: options.cancel.subscribe(),
+        pause_asked: options.pause.subscribe(),
+        pause: options.pause,
         events,
     };
     let policy = Policy {

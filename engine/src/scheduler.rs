@@ -18,8 +18,8 @@ use crate::graph::Growth;
 use crate::ledger::{Ending, Ledger};
 use crate::limit::within_limit;
 use crate::{
-    Attempt, CancelLevel, Cause, Executor, Finished, Graph, NodeId, OnFailure, RunEnd, RunSummary,
-    TaskContext, TaskError, TaskFailure, Work,
+    Attempt, CancelLevel, Cause, Executor, Finished, Graph, NodeId, OnFailure, PauseToken, RunEnd,
+    RunSummary, TaskContext, TaskError, TaskFailure, Work,
 };
 
 /// What reaches the scheduler.
@@ -41,6 +41,9 @@ pub(crate) struct Channels<W: Work> {
     pub(crate) to_inbox: UnboundedSender<Message<W>>,
     pub(crate) calls: UnboundedSender<Call<W>>,
     pub(crate) cancel: watch::Receiver<CancelLevel>,
+    /// Wakes the scheduler when a pause is asked for or ends.
+    pub(crate) pause_asked: watch::Receiver<bool>,
+    pub(crate) pause: PauseToken,
     pub(crate) events: Emitter,
 }
 
@@ -57,6 +60,15 @@ enum Mode {
     /// Cancelled at once: starts nothing, has given up what ran.
     Halted,
     DirectorFailed,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Pause {
+    Off,
+    /// Asked for; something still runs.
+    Asked,
+    /// Nothing runs.
+    Still,
 }
 
 /// An attempt with the executor; dropping it gives the attempt up.
@@ -81,6 +93,7 @@ pub(crate) struct Scheduler<W: Work, E: ?Sized> {
     mode: Mode,
     /// What was asked and has been acted upon.
     cancel_level: CancelLevel,
+    pause: Pause,
     /// Attempts with the executor at most.
     max_in_flight: usize,
     /// Calls that the director has not answered at most, before nothing more is started.
@@ -108,6 +121,7 @@ impl<W: Work, E: Executor<W> + ?Sized + 'static> Scheduler<W, E> {
             policy,
             mode: Mode::Running,
             cancel_level: CancelLevel::None,
+            pause: Pause::Off,
             max_in_flight,
             max_unanswered,
             in_flight: BTreeMap::new(),
@@ -122,10 +136,13 @@ impl<W: Work, E: Executor<W> + ?Sized + 'static> Scheduler<W, E> {
     pub(crate) async fn run(mut self, graph: Graph<W>) -> RunSummary {
         let begun = Instant::now();
         let slots = self.executor.slots().max(1);
+        // The token may have served another run before.
+        self.channels.pause.stands_still(false);
         self.emit(|| EventKind::RunStarted { slots });
         self.grow(graph.growth);
         loop {
             self.notice_cancel();
+            self.notice_pause();
             self.start_what_is_ready();
             if self.is_over() {
                 break;
@@ -135,6 +152,7 @@ impl<W: Work, E: Executor<W> + ?Sized + 'static> Scheduler<W, E> {
                 // What was asked is looked up at the top of the loop. Once every token is dropped, as
                 // after a failure of the director, nothing can be asked and this branch is passed over.
                 Ok(()) = self.channels.cancel.changed() => {}
+                Ok(()) = self.channels.pause_asked.changed() => {}
                 message = self.channels.inbox.recv() => {
                     if let Some(message) = message {
                         self.on_message(message);
@@ -157,11 +175,20 @@ impl<W: Work, E: Executor<W> + ?Sized + 'static> Scheduler<W, E> {
 
     fn is_over(&self) -> bool {
         let waits_for_retry = self.mode == Mode::Running && self.delayed > 0;
-        self.in_flight.is_empty() && self.unanswered == 0 && !waits_for_retry
+        self.stands_still() && !waits_for_retry && !self.holds_back()
+    }
+
+    fn stands_still(&self) -> bool {
+        self.in_flight.is_empty() && self.unanswered == 0
+    }
+
+    /// Whether a pause is all that keeps the run from going on.
+    fn holds_back(&self) -> bool {
+        self.mode == Mode::Running && self.pause != Pause::Off && self.ledger.has_ready()
     }
 
     fn start_what_is_ready(&mut self) {
-        if self.mode != Mode::Running {
+        if self.mode != Mode::Running || self.pause != Pause::Off {
             return;
         }
         while let Some((id, after)) = self.ledger.pop_skipped() {
@@ -253,6 +280,17 @@ impl<W: Work, E: Executor<W> + ?Sized + 'static> Scheduler<W, E> {
         self.summary.cpu += attempt.cpu;
         if let Some(task) = self.ledger.task_mut(id) {
             task.cpu += attempt.cpu;
+        }
+        let taken_back = flight.context.is_withdrawn() && !flight.context.is_cancelled();
+        if taken_back && self.mode == Mode::Running {
+            let label = self.ledger.label(id).cloned().unwrap_or_default();
+            self.ledger.take_back(id);
+            self.emit(|| EventKind::TaskWithdrawn {
+                id,
+                label,
+                attempt: number,
+            });
+            return;
         }
         match attempt.result {
             Ok(output) => self.succeed(id, output, attempt.wall),
@@ -425,6 +463,31 @@ impl<W: Work, E: Executor<W> + ?Sized + 'static> Scheduler<W, E> {
             for flight in self.in_flight.values() {
                 flight.context.withdraw();
             }
+        }
+    }
+
+    /// Before anything is started, so that nothing starts once a pause was asked for.
+    fn notice_pause(&mut self) {
+        let asked = self.channels.pause.is_asked();
+        match (self.pause, asked) {
+            (Pause::Off, true) => {
+                self.pause = Pause::Asked;
+                self.emit(|| EventKind::Pausing);
+                for flight in self.in_flight.values() {
+                    flight.context.withdraw();
+                }
+            }
+            (Pause::Asked | Pause::Still, false) => {
+                self.pause = Pause::Off;
+                self.channels.pause.stands_still(false);
+                self.emit(|| EventKind::Continued);
+            }
+            (Pause::Off | Pause::Still, _) | (Pause::Asked, true) => {}
+        }
+        if self.pause == Pause::Asked && self.stands_still() {
+            self.pause = Pause::Still;
+            self.channels.pause.stands_still(true);
+            self.emit(|| EventKind::Paused);
         }
     }
 

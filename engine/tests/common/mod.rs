@@ -218,6 +218,10 @@ pub fn lines(events: &Mutex<Vec<Event>>) -> Vec<String> {
         } => format!("fail {id} {label}: {cause}"),
         EventKind::JoinStarted { id, .. } => format!("join {id}"),
         EventKind::JoinFinished { id, .. } => format!("joined {id}"),
+        EventKind::TaskWithdrawn { id, attempt, .. } => format!("back {id} #{attempt}"),
+        EventKind::Pausing => "pausing".to_string(),
+        EventKind::Paused => "paused".to_string(),
+        EventKind::Continued => "continued".to_string(),
         EventKind::Cancelled { level } => format!("cancelled {level:?}"),
         EventKind::RunFinished { summary } => format!("end {:?}", summary.end),
     };
