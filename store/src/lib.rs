@@ -32,6 +32,7 @@
 
 mod cache;
 mod check;
+mod checkpoint;
 mod codec;
 mod database;
 mod error;

@@ -15,9 +15,12 @@ pub enum FailureKind {
     Usage,
     /// The store is locked, damaged, full or not there: 3.
     Store,
+    /// Stopped in order because the deadline of `--until` came; the run can be resumed: 75, the code of sysexits(3) for
+    /// "try again later".
+    Deadline,
     /// Stopped by SIGINT, in order; the run can be resumed: 130.
     Interrupted,
-    /// Stopped by SIGTERM, in order; the run can be resumed: 143.
+    /// Stopped by SIGTERM or `cancel`, in order; the run can be resumed: 143.
     Terminated,
 }
 
@@ -28,6 +31,7 @@ impl FailureKind {
             Self::Run => 1,
             Self::Usage => 2,
             Self::Store => 3,
+            Self::Deadline => 75,
             Self::Interrupted => 130,
             Self::Terminated => 143,
         }
@@ -49,6 +53,7 @@ impl FailureKind {
             Self::Run => "run",
             Self::Usage => "usage",
             Self::Store => "store",
+            Self::Deadline => "deadline",
             Self::Interrupted => "interrupted",
             Self::Terminated => "terminated",
         }

@@ -31,6 +31,12 @@ impl Machine {
     }
 }
 
+/// The name of this host in its network.
+pub fn host() -> String {
+    let system = rustix::system::uname();
+    system.nodename().to_string_lossy().into_owned()
+}
+
 /// The first `model name` of Linux's /proc/cpuinfo.
 fn processor() -> String {
     let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();

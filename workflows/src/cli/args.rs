@@ -7,8 +7,8 @@ use clap::{Args, Parser, Subcommand};
 
 use super::display::Format;
 use super::verbs::{
-    bench, branch, completions, diff, export, keeping, plan, replay, resume, rev, show, status,
-    store, submit, verify,
+    bench, branch, completions, control, diff, export, keeping, plan, replay, resume, rev, show,
+    status, store, submit, verify,
 };
 
 const EXIT_CODES: &str = "\
@@ -17,7 +17,8 @@ Exit codes:
     1  the computation failed; what is committed is kept
     2  the command line or the input is wrong; nothing was touched
     3  the store is locked, damaged, full or missing
-  130  stopped by Ctrl-C in order (143: by SIGTERM); `femdem-flow resume RUN` continues
+   75  stopped in order at the deadline of `--until`; `femdem-flow resume RUN` continues
+  130  stopped by Ctrl-C in order (143: by SIGTERM or `cancel`); `femdem-flow resume RUN` continues
 
 Addresses:
     hollow            a run
@@ -128,6 +129,18 @@ pub enum Verb {
     ///
     /// Reads files only, so that it works while the store is in use, and disturbs nobody.
     Status(status::Args),
+    /// Stop a run that another process computes, in order: what SIGTERM does, from any terminal or host.
+    ///
+    /// Tasks that run may end, then the run is `interrupted` and `resume` goes on with the same bits. Waits until the
+    /// process has acted. The process goes on with what else it has to compute, unless `--process` is given.
+    Cancel(control::CancelArgs),
+    /// Hold a run up that another process computes: no new task starts, those that run end.
+    ///
+    /// The process stays and keeps the store. Waits until nothing runs. The run gives the same bits as one that was never
+    /// paused, also where it is killed meanwhile and resumed.
+    Pause(control::PauseArgs),
+    /// Let a paused run go on.
+    Continue(control::PauseArgs),
     /// Write the results of a run for other programs: curves as CSV, fields as VTU with a PVD for ParaView.
     ///
     /// `curves.csv` has a row for each committed load step; its head says what the columns mean. `fields.pvd` opens the

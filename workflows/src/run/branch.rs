@@ -13,6 +13,7 @@ use super::{
     open::{explain, open_existing, store_name},
     origin::{Origin, origin},
     session::{self, SessionEnd},
+    shift::{Shift, Terms},
 };
 use crate::{
     address::RunAddress,
@@ -55,7 +56,13 @@ pub struct Planned {
 }
 
 /// Makes the runs that are asked for, and computes them.
-pub fn derive(context: &Context<'_>, wish: &Wish, scope: Scope) -> Result<Report, Failure> {
+pub fn derive(
+    context: &Context<'_>,
+    wish: &Wish,
+    scope: Scope,
+    terms: &Terms,
+) -> Result<Report, Failure> {
+    let shift = Shift::begin(context, terms)?;
     let store = open_existing(context)?;
     let names = store
         .names()
@@ -73,7 +80,7 @@ pub fn derive(context: &Context<'_>, wish: &Wish, scope: Scope) -> Result<Report
     }
     match wish.computing {
         Computing::Later => Ok(prepared(&created, &origin.called)),
-        Computing::Now => compute(context, &store, &created),
+        Computing::Now => compute(&shift, &store, &created),
     }
 }
 
@@ -231,10 +238,10 @@ fn prepared(created: &[(RunName, Problem)], parent: &StepAddress) -> Report {
     Report::new(text.trim_end(), &json!({ "runs": runs }))
 }
 
-/// Computes the runs one after the other. One whose step cannot be solved does not keep the next from being computed; a
-/// signal does.
+/// Computes the runs one after the other. One whose step cannot be solved does not keep the next from being computed; what
+/// stops the process does.
 fn compute(
-    context: &Context<'_>,
+    shift: &Shift<'_>,
     store: &Store,
     runs: &[(RunName, Problem)],
 ) -> Result<Report, Failure> {
@@ -242,12 +249,11 @@ fn compute(
     let mut data = Vec::new();
     let mut failed: Option<Failure> = None;
     for (index, (run, problem)) in runs.iter().enumerate() {
-        let end = session::advance(store, run, problem, context.threads(), context.progress)
-            .map_err(|error| {
-                let called = super::called(store, run);
-                explain(&format!("compute run `{called}`"), error)
-            })?;
-        match ended::ended(context, store, run, &end) {
+        let end = session::advance(&shift.equipment(store), run, problem).map_err(|error| {
+            let called = super::called(store, run);
+            explain(&format!("compute run `{called}`"), error)
+        })?;
+        match ended::ended(shift.context, store, run, &end) {
             Ok(report) => {
                 text.push_str(&report.text);
                 text.push('\n');
@@ -255,8 +261,10 @@ fn compute(
             }
             Err(failure) => {
                 data.extend(failure.report().map(|report| report.json.clone()));
-                if matches!(end, SessionEnd::Interrupted(_)) {
-                    // The signal says how the command ended, whatever failed before it.
+                if let SessionEnd::Interrupted(stop) = &end
+                    && stop.ends_the_process()
+                {
+                    // What stopped it says how the command ended, whatever failed before it.
                     failed = Some(naming_the_rest(failure, &runs[index + 1..]));
                     break;
                 }

@@ -3,7 +3,10 @@
 use serde_json::json;
 use store::{RunName, Store};
 
-use super::{Context, error::RunError, open::explain, session::SessionEnd, summary::StepSummary};
+use super::{
+    Context, control::Stop, error::RunError, open::explain, session::SessionEnd,
+    summary::StepSummary,
+};
 use crate::{
     failure::{Failure, FailureKind},
     report::Report,
@@ -56,9 +59,12 @@ pub fn ended(
             "`femdem-flow show {run}` and `femdem-flow export {run}` show what was reached; `femdem-flow resume {run}` tries the step again"
         ))
         .with(Report::new("", &data("failed")))),
-        SessionEnd::Interrupted(signal) => Err(Failure::new(
-            FailureKind::of_signal(*signal),
-            format!("run `{run}` was stopped after load step {step}"),
+        SessionEnd::Interrupted(stop) => Err(Failure::new(
+            stop.kind(),
+            match stop {
+                Stop::Signal(_) => format!("run `{run}` was stopped after load step {step}"),
+                other => format!("run `{run}` was {} after load step {step}", other.in_words()),
+            },
         )
         .hint(format!(
             "`femdem-flow resume {run}` goes on from there, inside the step that was running"

@@ -1,27 +1,37 @@
 //! A run's event log: where the run is, for whoever does not own the store.
 
-use std::path::Path;
+use std::{
+    fs::File,
+    io::{Read, Seek, SeekFrom},
+    path::{Path, PathBuf},
+};
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::machine::Machine;
 
 /// One line of the log.
-#[derive(Clone, Debug, Deserialize)]
-struct Event {
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Event {
     /// Seconds since 1970.
-    at: f64,
-    event: String,
+    pub at: f64,
+    /// Which.
+    pub event: String,
+    /// What it says.
     #[serde(default)]
-    data: Value,
+    pub data: Value,
 }
 
 /// Where a run is, by the last session in its log. Times are in seconds since 1970.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Whereabouts {
+    /// Name of the session, to which requests are addressed; none of sessions from before they had one.
+    pub session: Option<String>,
     /// Process of the session.
     pub pid: Option<u32>,
+    /// Its host.
+    pub host: Option<String>,
     /// Its threads.
     pub threads: Option<u64>,
     /// The machines of all sessions so far, each once, in the order of first use; none of sessions from before it was
@@ -37,6 +47,10 @@ pub struct Whereabouts {
     pub packings: Option<(u64, u64)>,
     /// The step that is running.
     pub step: Option<RunningStep>,
+    /// Since when a pause is asked for.
+    pub pausing: Option<f64>,
+    /// Whether the pause has come to a standstill.
+    pub still: bool,
     /// How the session ended, where it has: state and note.
     pub ended: Option<(String, String)>,
     /// What users noted, over all sessions.
@@ -84,18 +98,60 @@ pub fn read(path: &Path) -> Whereabouts {
     place
 }
 
-/// The events of the log at `path`: when (seconds since 1970), which, and what it says.
-pub fn list(path: &Path) -> Vec<(f64, String, Value)> {
-    let bytes = std::fs::read(path).unwrap_or_default();
-    let lines = bytes.split(|&byte| byte == b'\n');
-    lines
-        .filter_map(|line| serde_json::from_slice::<Event>(line).ok())
-        .map(|event| (event.at, event.event, event.data))
-        .collect()
+/// The events of the log at `path`.
+pub fn list(path: &Path) -> Vec<Event> {
+    Follower::from_start(path).next()
+}
+
+/// Reads a log while it grows.
+#[derive(Debug)]
+pub struct Follower {
+    path: PathBuf,
+    /// Bytes that were read.
+    offset: u64,
+    /// The beginning of a line whose end is not written yet.
+    rest: Vec<u8>,
+}
+
+impl Follower {
+    /// Follows the log at `path` from its first line.
+    pub fn from_start(path: &Path) -> Self {
+        Self {
+            path: path.to_owned(),
+            offset: 0,
+            rest: Vec::new(),
+        }
+    }
+
+    /// Follows the log at `path` from its present end.
+    pub fn from_end(path: &Path) -> Self {
+        let mut follower = Self::from_start(path);
+        follower.next();
+        follower
+    }
+
+    /// What was written since the last look; nothing where the log is not there. Lines that do not read are passed over.
+    pub fn next(&mut self) -> Vec<Event> {
+        let read = File::open(&self.path).and_then(|mut file| {
+            file.seek(SeekFrom::Start(self.offset))?;
+            file.read_to_end(&mut self.rest)
+        });
+        self.offset += read.unwrap_or(0) as u64;
+        let whole = self.rest.iter().rposition(|&byte| byte == b'\n');
+        let lines: Vec<u8> = match whole {
+            Some(end) => self.rest.drain(..=end).collect(),
+            None => return Vec::new(),
+        };
+        lines
+            .split(|&byte| byte == b'\n')
+            .filter_map(|line| serde_json::from_slice::<Event>(line).ok())
+            .collect()
+    }
 }
 
 impl Whereabouts {
-    fn follow(&mut self, event: &Event) {
+    /// Takes one more event into account.
+    pub fn follow(&mut self, event: &Event) {
         let data = &event.data;
         let whole = |key: &str| data[key].as_u64();
         let real = |key: &str| data[key].as_f64();
@@ -111,6 +167,8 @@ impl Whereabouts {
                 let machine = serde_json::from_value::<Machine>(data["machine"].clone()).ok();
                 machines.extend(machine.filter(|machine| !machines.contains(machine)));
                 *self = Self {
+                    session: data["session"].as_str().map(str::to_owned),
+                    host: data["host"].as_str().map(str::to_owned),
                     pid: whole("pid").and_then(|pid| u32::try_from(pid).ok()),
                     threads: whole("threads"),
                     machines,
@@ -169,6 +227,18 @@ impl Whereabouts {
                 let position = summary["position"].as_f64().unwrap_or(0.0);
                 self.reached.push((event.at, increment - 1.0 + position));
                 self.step = None;
+            }
+            "asked" if data["request"] == "pause" => {
+                self.pausing.get_or_insert(event.at);
+            }
+            "paused" => self.still = true,
+            "continued" => {
+                let lost = self.pausing.take().map_or(0.0, |since| event.at - since);
+                self.still = false;
+                // The pace is that of the time in which something ran.
+                for (at, _) in &mut self.reached {
+                    *at += lost;
+                }
             }
             "note" => self.notes.push(text("text")),
             "ended" => self.ended = Some((text("state"), text("note"))),

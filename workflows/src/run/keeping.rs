@@ -8,7 +8,7 @@ use store::{DeleteError, InUse, StepIndex};
 use super::{
     Context,
     event_log::EventLog,
-    events,
+    events::{self, Event},
     open::{explain, find, open_existing},
     text,
     view::View,
@@ -140,20 +140,17 @@ pub fn log(context: &Context<'_>, run: &RunName) -> Result<Report, Failure> {
     let name = view.run(run)?.record.name;
     let events = events::list(&view.store.events_path(&name));
     let mut text = String::new();
-    for (at, event, data) in &events {
+    for Event { at, event, data } in &events {
         let _ = writeln!(text, "{}  {}", text::utc(*at as u64), in_words(event, data));
     }
-    let data: Vec<Value> = events
-        .iter()
-        .map(|(at, event, data)| json!({ "at": at, "event": event, "data": data }))
-        .collect();
     Ok(Report::new(
         text,
-        &json!({ "name": run.as_str(), "events": data }),
+        &json!({ "name": run.as_str(), "events": events }),
     ))
 }
 
-fn in_words(event: &str, data: &Value) -> String {
+/// An event as a line of the log says it.
+pub fn in_words(event: &str, data: &Value) -> String {
     let number = |key: &str| data[key].as_u64().unwrap_or(0);
     let word = |key: &str| data[key].as_str().unwrap_or_default().to_owned();
     match event {
@@ -199,6 +196,21 @@ fn in_words(event: &str, data: &Value) -> String {
             "session ended: {}, {}",
             word("state").to_lowercase(),
             word("note")
+        ),
+        "asked" => format!(
+            "process {} on {} asks: {}",
+            data["by"]["pid"].as_u64().unwrap_or(0),
+            data["by"]["host"].as_str().unwrap_or_default(),
+            word("request")
+        ),
+        "paused" => "paused: nothing runs".to_owned(),
+        "continued" => format!(
+            "goes on after a pause of {}",
+            text::duration(data["paused_s"].as_f64().unwrap_or(0.0))
+        ),
+        "checkpoint" => format!(
+            "checkpoint: {} of the running step are on the disk",
+            text::bytes(number("bytes"))
         ),
         "note" => format!("note: {}", word("text")),
         "renamed" => format!("renamed from `{}` to `{}`", word("from"), word("to")),

@@ -5,6 +5,7 @@ mod attempt;
 mod body;
 mod branch;
 mod campaign;
+mod control;
 mod core;
 mod diff;
 mod element_test;
@@ -41,6 +42,7 @@ mod rev_show;
 mod rev_test;
 mod schedule;
 mod session;
+mod shift;
 mod show;
 mod show_step;
 mod status;
@@ -54,14 +56,18 @@ mod work;
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use store::{RunState, Store};
 
 pub use self::branch::{Computing, Wish};
+pub use self::control::{Extent, Urgency};
 pub use self::keeping::{Doing, Keep};
 use self::open::{explain, find, open, open_existing, store_name};
 pub use self::plan::Intent;
 pub use self::rev_show::RevSource;
+use self::shift::Shift;
+pub use self::shift::Terms;
 pub use self::verify::Sample;
 use crate::address::{RevAddress, RunAddress, RunName};
 use crate::failure::Failure;
@@ -94,6 +100,7 @@ pub fn submit(
     context: &Context<'_>,
     problem: Problem,
     name: Option<RunName>,
+    terms: &Terms,
 ) -> Result<Report, Failure> {
     let name = store_name(name.as_ref().unwrap_or(&problem.name))?;
     for note in notes::notes(&problem).map_err(|error| explain("set up the problem", error))? {
@@ -101,15 +108,17 @@ pub fn submit(
     }
     // What a run begins with is tried before there is one: a run that cannot begin could never be resumed.
     packings::Plan::of_problem(&problem).map_err(|error| explain("set up the problem", error))?;
+    let shift = Shift::begin(context, terms)?;
     let store = open(context)?;
     let threads = context.threads();
     let run = session::create(&store, name, problem.clone(), threads)
         .map_err(|error| explain("create the run", error))?;
-    go(context, &store, &run, &problem)
+    go(&shift, &store, &run, &problem)
 }
 
 /// Continues a run where it stopped. A run that is complete is left as it is; one that failed tries its step again.
-pub fn resume(context: &Context<'_>, run: &RunName) -> Result<Report, Failure> {
+pub fn resume(context: &Context<'_>, run: &RunName, terms: &Terms) -> Result<Report, Failure> {
+    let shift = Shift::begin(context, terms)?;
     let store = open_existing(context)?;
     let names = store
         .names()
@@ -123,12 +132,38 @@ pub fn resume(context: &Context<'_>, run: &RunName) -> Result<Report, Failure> {
     }
     let manifest =
         session::manifest(&record.manifest).map_err(|error| explain("resume the run", error))?;
-    go(context, &store, &name, &manifest.problem)
+    go(&shift, &store, &name, &manifest.problem)
 }
 
 /// Makes the runs that take up a load step as `wish` says, and computes them.
-pub fn derive(context: &Context<'_>, wish: &Wish, scope: Scope) -> Result<Report, Failure> {
-    branch::derive(context, wish, scope)
+pub fn derive(
+    context: &Context<'_>,
+    wish: &Wish,
+    scope: Scope,
+    terms: &Terms,
+) -> Result<Report, Failure> {
+    branch::derive(context, wish, scope, terms)
+}
+
+/// Asks the process that computes `run` to stop it, and waits for `patience` until it has.
+pub fn cancel(
+    context: &Context<'_>,
+    run: &RunName,
+    urgency: Urgency,
+    extent: Extent,
+    patience: Duration,
+) -> Result<Report, Failure> {
+    control::cancel(context, run, urgency, extent, patience)
+}
+
+/// Asks the process that computes `run` to start nothing new, and waits for `patience` until nothing runs.
+pub fn pause(context: &Context<'_>, run: &RunName, patience: Duration) -> Result<Report, Failure> {
+    control::pause(context, run, patience)
+}
+
+/// Asks the process that computes `run` to go on after a pause, and waits for `patience` until it does.
+pub fn go_on(context: &Context<'_>, run: &RunName, patience: Duration) -> Result<Report, Failure> {
+    control::go_on(context, run, patience)
 }
 
 /// Reports what a verb would do, without doing it.
@@ -137,14 +172,14 @@ pub fn plan(context: &Context<'_>, intent: &Intent) -> Result<Report, Failure> {
 }
 
 fn go(
-    context: &Context<'_>,
+    shift: &Shift<'_>,
     store: &Store,
     run: &store::RunName,
     problem: &Problem,
 ) -> Result<Report, Failure> {
-    let end = session::advance(store, run, problem, context.threads(), context.progress)
+    let end = session::advance(&shift.equipment(store), run, problem)
         .map_err(|error| explain(&format!("compute run `{}`", called(store, run)), error))?;
-    ended::ended(context, store, run, &end)
+    ended::ended(shift.context, store, run, &end)
 }
 
 /// What people call a run.

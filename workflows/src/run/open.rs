@@ -47,9 +47,9 @@ pub fn refused(context: &Context<'_>, error: OpenError) -> Failure {
     .hint(hint)
 }
 
-/// A failure of a run, with the exit code of its kind.
-pub fn explain(what: &str, error: RunError) -> Failure {
-    let kind = match &error {
+/// The class that a failure of a run belongs to.
+pub fn kind(error: &RunError) -> FailureKind {
+    match error {
         // Nothing is wrong with the store: the user gave the step up.
         RunError::Model(_)
         | RunError::Packing { .. }
@@ -66,7 +66,12 @@ pub fn explain(what: &str, error: RunError) -> Failure {
         | RunError::Commit(_)
         | RunError::Space(_)
         | RunError::File { .. } => FailureKind::Store,
-    };
+    }
+}
+
+/// A failure of a run, with the exit code of its kind.
+pub fn explain(what: &str, error: RunError) -> Failure {
+    let kind = kind(&error);
     let hint = match &error {
         RunError::Space(_) | RunError::Commit(_) | RunError::Journal(_) => Some(
             "free space on the disk, then `femdem-flow resume RUN`: nothing that is committed is lost",

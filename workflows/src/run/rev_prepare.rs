@@ -11,6 +11,7 @@ use super::{
     packings::Plan,
     preparing::{Prepared, Preparing},
     session::{Conducted, conduct},
+    shift::{Shift, Terms},
     text::{self, Align, Table},
     work::Job,
 };
@@ -48,13 +49,14 @@ pub fn prepare(
         progress: context.progress,
         phase: Phase::Start(plan),
     };
-    let ended = conduct(&mut preparer, context.threads(), context.progress);
+    let terms = Terms::default();
+    let shift = Shift::begin(context, &terms)?;
+    let ended = conduct(&mut preparer, &shift.equipment(&store), None);
     context.progress.finished();
     let explained = |error| explain("prepare the packings", error);
-    if let Conducted::Stopped(signal) = ended.map_err(explained)? {
+    if let Conducted::Stopped(stop) = ended.map_err(explained)? {
         let what = "the preparation was stopped; the packings that are ready are kept";
-        return Err(Failure::new(FailureKind::of_signal(signal), what)
-            .hint("the same command prepares the others"));
+        return Err(Failure::new(stop.kind(), what).hint("the same command prepares the others"));
     }
     let Phase::Done { prepared, cached } = preparer.phase else {
         return Err(explained(RunError::Engine(

@@ -9,6 +9,7 @@ use super::{
     export::test_curve,
     open::{explain, store_name},
     session::{self, SessionEnd},
+    shift::{Shift, Terms},
     test_picture,
     view::View,
 };
@@ -48,8 +49,9 @@ pub fn test(
         let name = store_name(&problem.name)?;
         let run =
             session::create(&store, name, problem.clone(), context.threads()).map_err(failed)?;
-        session::advance(&store, &run, problem, context.threads(), context.progress)
-            .map_err(failed)?
+        let terms = Terms::default();
+        let shift = Shift::begin(context, &terms)?;
+        session::advance(&shift.equipment(&store), &run, problem).map_err(failed)?
     };
     let view = View::open(&kept_nowhere)?;
     let run = view.run(&problem.name)?;
@@ -83,11 +85,9 @@ pub fn test(
         )
         .because(RunError::Model(why))
         .with(report)),
-        SessionEnd::Interrupted(signal) => Err(Failure::new(
-            FailureKind::of_signal(signal),
-            "the element test was stopped",
-        )
-        .with(report)),
+        SessionEnd::Interrupted(stop) => {
+            Err(Failure::new(stop.kind(), "the element test was stopped").with(report))
+        }
     }
 }
 

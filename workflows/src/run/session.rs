@@ -2,24 +2,27 @@
 
 use std::{
     num::NonZeroUsize,
-    sync::{
-        Arc,
-        atomic::{AtomicI32, Ordering},
-    },
-    time::{SystemTime, UNIX_EPOCH},
+    sync::Arc,
+    time::{Duration, SystemTime, UNIX_EPOCH},
 };
 
-use engine::{CancelToken, Director, Graph, LocalPool, OnFailure, RunEnd, RunOptions};
+use engine::{CancelToken, Director, Graph, LocalPool, OnFailure, PauseToken, RunEnd, RunOptions};
 use store::{NewRun, RunName, RunState, Store};
 
 use super::{
     campaign::Campaign,
+    control::{Attendant, Desk, Signals, Stop},
     core::{Core, Ending},
     error::RunError,
     manifest::Manifest,
     work::Job,
 };
-use crate::{input::Problem, machine::Machine, progress::Progress};
+use crate::{
+    failure::FailureKind,
+    input::Problem,
+    machine::{self, Machine},
+    progress::Progress,
+};
 
 /// How a session ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -28,8 +31,23 @@ pub enum SessionEnd {
     Completed,
     /// A step cannot be solved; in these words.
     Failed(String),
-    /// A signal stopped it in order; its number.
-    Interrupted(i32),
+    /// It was stopped in order.
+    Interrupted(Stop),
+}
+
+/// What sessions work with.
+#[derive(Clone, Copy)]
+pub struct Equipment<'a> {
+    /// Where runs are kept.
+    pub store: &'a Store,
+    /// Worker threads.
+    pub threads: NonZeroUsize,
+    /// Who is shown the progress.
+    pub progress: &'a dyn Progress,
+    /// The signals of the process.
+    pub signals: &'a Signals,
+    /// When to stop in order, at the latest.
+    pub deadline: Option<SystemTime>,
 }
 
 /// Creates the run of `problem`.
@@ -43,9 +61,7 @@ pub fn create(
     threads: NonZeroUsize,
 ) -> Result<RunName, RunError> {
     let manifest = Manifest::new(problem, threads.get());
-    let created = SystemTime::now()
-        .duration_since(UNIX_EPOCH)
-        .map_or(0, |d| d.as_secs());
+    let created = since_1970().as_secs();
     let run = NewRun {
         name,
         created,
@@ -68,12 +84,16 @@ pub fn manifest(bytes: &[u8]) -> Result<Manifest, RunError> {
 /// # Errors
 /// Something other than the physics went wrong; what is committed stays.
 pub fn advance(
-    store: &Store,
+    equipment: &Equipment<'_>,
     run: &RunName,
     problem: &Problem,
-    threads: NonZeroUsize,
-    progress: &dyn Progress,
 ) -> Result<SessionEnd, RunError> {
+    let Equipment {
+        store,
+        threads,
+        progress,
+        ..
+    } = *equipment;
     let record = store.run(run)?;
     let total = problem.programme.len();
     let done = match record.last_step {
@@ -84,13 +104,20 @@ pub fn advance(
         None => 0,
     };
     let mut core = Core::new(store, run, progress)?;
+    let session = name();
+    let desk = Desk::open(store, run, &session).map_err(|error| RunError::File {
+        path: store.events_path(run),
+        error,
+    })?;
     store.set_run_state(run, RunState::Running, "")?;
     progress.run_started(record.shown().as_str(), done, total);
     core.log(
         "session",
         &serde_json::json!({
+            "session": session,
             "threads": threads,
             "machine": Machine::this(),
+            "host": machine::host(),
             "pid": std::process::id(),
             "from": record.last_step.map(|step| step.0),
             "done": done,
@@ -98,7 +125,7 @@ pub fn advance(
         }),
     );
     let mut campaign = Campaign::new(core, problem);
-    let result = drive(&mut campaign, threads);
+    let result = drive(&mut campaign, equipment, desk);
     progress.finished();
     let (state, note, end) = match result {
         Ok(SessionEnd::Completed) => (
@@ -107,29 +134,55 @@ pub fn advance(
             Ok(SessionEnd::Completed),
         ),
         Ok(SessionEnd::Failed(why)) => (RunState::Failed, why.clone(), Ok(SessionEnd::Failed(why))),
-        Ok(SessionEnd::Interrupted(signal)) => (
+        Ok(SessionEnd::Interrupted(stop)) => (
             RunState::Interrupted,
-            format!("stopped by signal {signal}"),
-            Ok(SessionEnd::Interrupted(signal)),
+            stop.in_words(),
+            Ok(SessionEnd::Interrupted(stop)),
         ),
         Err(error) => (RunState::Interrupted, error.to_string(), Err(error)),
     };
+    // The record first: whoever reads of the end in the log finds it in the store as well.
+    let recorded = store.set_run_state(run, state, &note);
     campaign.core.log(
         "ended",
-        &serde_json::json!({ "state": format!("{state:?}"), "note": note }),
+        &serde_json::json!({ "state": format!("{state:?}"), "note": note, "code": exit_code(&end) }),
     );
-    let recorded = store.set_run_state(run, state, &note);
     // Why the session ended comes first: a full disk fails the record as well.
     let end = end?;
     recorded?;
     Ok(end)
 }
 
+/// The exit code of a command that has computed this run alone.
+fn exit_code(end: &Result<SessionEnd, RunError>) -> u8 {
+    match end {
+        Ok(SessionEnd::Completed) => 0,
+        Ok(SessionEnd::Failed(_)) => FailureKind::Run.exit_code(),
+        Ok(SessionEnd::Interrupted(stop)) => stop.kind().exit_code(),
+        Err(error) => super::open::kind(error).exit_code(),
+    }
+}
+
+/// A name for a session that no other one has, on whatever host.
+fn name() -> String {
+    let begun = since_1970().as_millis();
+    format!("{}-{begun}@{}", std::process::id(), machine::host())
+}
+
+fn since_1970() -> Duration {
+    SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .unwrap_or_default()
+}
+
 /// Runs the graph of a session and says how that ended.
-fn drive(campaign: &mut Campaign<'_>, threads: NonZeroUsize) -> Result<SessionEnd, RunError> {
-    let progress = campaign.core.progress;
-    match conduct(campaign, threads, progress)? {
-        Conducted::Stopped(signal) => Ok(SessionEnd::Interrupted(signal)),
+fn drive(
+    campaign: &mut Campaign<'_>,
+    equipment: &Equipment<'_>,
+    desk: Desk,
+) -> Result<SessionEnd, RunError> {
+    match conduct(campaign, equipment, Some(desk))? {
+        Conducted::Stopped(stop) => Ok(SessionEnd::Interrupted(stop)),
         Conducted::Whole => match campaign.ending() {
             Some(Ending::Completed) => Ok(SessionEnd::Completed),
             Some(Ending::Failed(why)) => Ok(SessionEnd::Failed(why.clone())),
@@ -141,22 +194,23 @@ fn drive(campaign: &mut Campaign<'_>, threads: NonZeroUsize) -> Result<SessionEn
 }
 
 /// How a graph ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Conducted {
     /// Nothing was left to do.
     Whole,
-    /// This signal stopped it in order.
-    Stopped(i32),
+    /// It was stopped in order.
+    Stopped(Stop),
 }
 
-/// Runs a graph from its first join on, listening to signals: the first stops it in order, the second at once.
+/// Runs a graph from its first join on, listening to signals, to the deadline, and at the desk of a run where there is
+/// one: the first stop is in order, the second at once.
 ///
 /// # Errors
 /// The director's, or the engine's.
 pub fn conduct<D: Director<Job, Error = RunError>>(
     director: &mut D,
-    threads: NonZeroUsize,
-    progress: &dyn Progress,
+    equipment: &Equipment<'_>,
+    desk: Option<Desk>,
 ) -> Result<Conducted, RunError> {
     let engine_failed = |error: &dyn std::fmt::Display| RunError::Engine(error.to_string());
     let runtime = tokio::runtime::Builder::new_multi_thread()
@@ -164,59 +218,38 @@ pub fn conduct<D: Director<Job, Error = RunError>>(
         .enable_all()
         .build()
         .map_err(|error| engine_failed(&error))?;
-    let pool = Arc::new(LocalPool::new(threads).map_err(|error| engine_failed(&error))?);
-    let cancel = CancelToken::new();
-    let signal = AtomicI32::new(0);
+    let pool = LocalPool::new(equipment.threads).map_err(|error| engine_failed(&error))?;
+    let (cancel, pause) = (CancelToken::new(), PauseToken::new());
     let mut graph = Graph::new();
     graph.add_join("start", Vec::new())?;
     let options = RunOptions {
         cancel: cancel.clone(),
+        pause: pause.clone(),
         on_failure: OnFailure::StopWave,
         ..RunOptions::default()
     };
+    let mut attendant = Attendant::new(
+        equipment.progress,
+        equipment.signals.received(),
+        equipment.deadline,
+        desk,
+    );
     let summary = runtime.block_on(async {
-        let run = engine::run(graph, director, pool, options);
-        tokio::pin!(run);
+        let run = engine::run(graph, director, Arc::new(pool), options);
         tokio::select! {
-            summary = &mut run => summary,
-            () = listen(cancel, &signal, progress) => run.await,
+            summary = run => summary,
+            never = attendant.attend(&cancel, &pause) => match never {},
         }
     });
     // A task that does not stop must not keep the process from ending.
     runtime.shutdown_background();
     match summary {
-        Ok(summary) if summary.end == RunEnd::Cancelled => {
-            Ok(Conducted::Stopped(signal.load(Ordering::SeqCst)))
-        }
+        Ok(summary) if summary.end == RunEnd::Cancelled => match attendant.stop() {
+            Some(stop) => Ok(Conducted::Stopped(stop.clone())),
+            None => Err(RunError::Engine("it was cancelled by nobody".into())),
+        },
         Ok(_) => Ok(Conducted::Whole),
         Err(engine::RunError::Director(error)) => Err(error),
         Err(error) => Err(engine_failed(&error)),
-    }
-}
-
-/// Waits for SIGINT and SIGTERM; ends only where they cannot be listened to.
-async fn listen(cancel: CancelToken, received: &AtomicI32, progress: &dyn Progress) {
-    use tokio::signal::unix::{SignalKind, signal};
-    let (Ok(mut interrupt), Ok(mut terminate)) = (
-        signal(SignalKind::interrupt()),
-        signal(SignalKind::terminate()),
-    ) else {
-        progress.note("signals cannot be listened to: Ctrl-C ends the process like a kill");
-        return;
-    };
-    for level in 0.. {
-        let number = tokio::select! {
-            _ = interrupt.recv() => SignalKind::interrupt().as_raw_value(),
-            _ = terminate.recv() => SignalKind::terminate().as_raw_value(),
-        };
-        received.store(number, Ordering::SeqCst);
-        match level {
-            0 => {
-                progress
-                    .note("stopping when the running tasks have ended; once more stops at once");
-                cancel.cancel();
-            }
-            _ => cancel.cancel_now(),
-        }
     }
 }

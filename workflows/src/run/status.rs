@@ -38,7 +38,7 @@ pub fn status(context: &Context<'_>, name: Option<&RunName>) -> Result<Report, F
         );
     }
     // Those that go on come last, where the eye is.
-    all.sort_by_key(|run| run.standing == Standing::Running);
+    all.sort_by_key(|run| run.standing.is_alive());
     let (texts, data): (Vec<String>, Vec<Value>) =
         all.iter().map(|run| describe(&view, run, now)).unzip();
     let text = match texts.is_empty() {
@@ -51,9 +51,10 @@ pub fn status(context: &Context<'_>, name: Option<&RunName>) -> Result<Report, F
 fn describe(view: &View, run: &RunView, now: f64) -> (String, Value) {
     let place = &run.place;
     let (done, of) = run.increments();
-    let running = run.standing == Standing::Running;
+    let running = run.standing.is_alive();
+    let paused = place.pausing.filter(|_| running);
     let tasks_done = place.step.as_ref().map(|step| journalled(view, run, step));
-    let left = place.remaining(now).filter(|_| running);
+    let left = place.remaining(now).filter(|_| running && paused.is_none());
     let data = json!({
         "name": run.name().as_str(),
         "state": run.standing.word(),
@@ -65,6 +66,7 @@ fn describe(view: &View, run: &RunView, now: f64) -> (String, Value) {
         "pid": place.pid,
         "alive": running,
         "threads": place.threads,
+        "paused_since": paused,
         "since": place.begun,
         "last_event": place.last,
         "remaining_s": left,
@@ -96,6 +98,19 @@ fn describe(view: &View, run: &RunView, now: f64) -> (String, Value) {
             "  computed{pid} since {} UTC, {} ago",
             text::utc(place.begun as u64),
             text::duration(now - place.begun)
+        );
+    }
+    if let Some(since) = paused {
+        let what = match place.still {
+            true => "paused",
+            false => "asked to pause; running tasks end first;",
+        };
+        let _ = writeln!(
+            text,
+            "  {what} since {} UTC, {} ago: `femdem-flow continue {}` lets it go on",
+            text::utc(since as u64),
+            text::duration(now - since),
+            run.name()
         );
     }
     match (&place.packings, &place.step) {

@@ -41,6 +41,8 @@ pub enum Standing {
     Prepared,
     /// A process computes it.
     Running,
+    /// A process keeps it for later: no new task starts.
+    Paused,
     /// The process that computed it is gone without a word.
     Killed,
     /// Stopped in order.
@@ -52,11 +54,17 @@ pub enum Standing {
 }
 
 impl Standing {
+    /// Whether a process has it in hand.
+    pub fn is_alive(self) -> bool {
+        matches!(self, Self::Running | Self::Paused)
+    }
+
     /// One word for machines: a killed run is `interrupted`.
     pub fn word(self) -> &'static str {
         match self {
             Self::Prepared => "prepared",
             Self::Running => "running",
+            Self::Paused => "paused",
             Self::Killed | Self::Interrupted => "interrupted",
             Self::Completed => "completed",
             Self::Failed => "failed",
@@ -161,7 +169,10 @@ impl View {
             })
             .collect();
         let place = events::read(&self.store.events_path(name));
-        let standing = self.standing(record.state, place.pid);
+        let standing = match self.standing(record.state, place.pid) {
+            Standing::Running if place.pausing.is_some() => Standing::Paused,
+            standing => standing,
+        };
         Ok(RunView {
             record,
             standing,
@@ -171,6 +182,7 @@ impl View {
         })
     }
 
+    /// How a run stands, pauses apart.
     fn standing(&self, state: RunState, session: Option<u32>) -> Standing {
         match state {
             RunState::Prepared => Standing::Prepared,

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::terms;
 use crate::address::{RunAddress, RunName};
 use crate::failure::Failure;
 use crate::input::derive::{Request, Scope, Text};
@@ -62,6 +63,8 @@ struct Common {
     /// Only make the run; `resume` computes it.
     #[arg(long)]
     prepare_only: bool,
+    #[command(flatten)]
+    terms: terms::Args,
 }
 
 impl Args {
@@ -145,11 +148,13 @@ impl Common {
 }
 
 pub fn perform(args: &Args, context: &Context<'_>) -> Result<Report, Failure> {
-    run::derive(context, &args.wish(), Scope::Branch)
+    let terms = args.common.terms.terms();
+    run::derive(context, &args.wish(), Scope::Branch, &terms)
 }
 
 pub fn perform_rerun(args: &RerunArgs, context: &Context<'_>) -> Result<Report, Failure> {
-    run::derive(context, &args.wish(), Scope::Rerun)
+    let terms = args.common.terms.terms();
+    run::derive(context, &args.wish(), Scope::Rerun, &terms)
 }
 
 fn ramp(text: &str) -> Result<(String, f64), String> {

@@ -3,6 +3,7 @@
 pub mod bench;
 pub mod branch;
 pub mod completions;
+pub mod control;
 pub mod diff;
 pub mod export;
 pub mod keeping;
@@ -15,6 +16,7 @@ pub mod show;
 pub mod status;
 pub mod store;
 pub mod submit;
+pub mod terms;
 pub mod verify;
 
 use super::args::Verb;
@@ -38,6 +40,9 @@ pub fn perform(verb: &Verb, context: &Context<'_>) -> Result<Report, Failure> {
         Verb::Runs => run::runs(context),
         Verb::Show(args) => show::perform(args, context),
         Verb::Status(args) => status::perform(args, context),
+        Verb::Cancel(args) => control::cancel(args, context),
+        Verb::Pause(args) => control::pause(args, context),
+        Verb::Continue(args) => control::go_on(args, context),
         Verb::Export(args) => export::perform(args, context),
         Verb::Replay(args) => replay::perform(args, context),
         Verb::Verify(args) => verify::perform(args, context),

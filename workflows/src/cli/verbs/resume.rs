@@ -1,5 +1,6 @@
 //! `femdem-flow resume RUN`
 
+use super::terms;
 use crate::address::RunName;
 use crate::failure::Failure;
 use crate::report::Report;
@@ -9,6 +10,8 @@ use crate::run::{self, Context};
 pub struct Args {
     /// The run.
     run: RunName,
+    #[command(flatten)]
+    terms: terms::Args,
 }
 
 impl Args {
@@ -19,5 +22,5 @@ impl Args {
 }
 
 pub fn perform(args: &Args, context: &Context<'_>) -> Result<Report, Failure> {
-    run::resume(context, &args.run)
+    run::resume(context, &args.run, &args.terms.terms())
 }

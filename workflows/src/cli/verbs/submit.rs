@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::terms;
 use crate::address::RunName;
 use crate::failure::Failure;
 use crate::input::{self, Problem};
@@ -16,6 +17,8 @@ pub struct Args {
     /// Name of the run, in place of the input's.
     #[arg(long, value_name = "RUN")]
     name: Option<RunName>,
+    #[command(flatten)]
+    terms: terms::Args,
 }
 
 impl Args {
@@ -27,5 +30,5 @@ impl Args {
 
 pub fn perform(args: &Args, context: &Context<'_>) -> Result<Report, Failure> {
     let (problem, name) = args.problem()?;
-    run::submit(context, problem, name)
+    run::submit(context, problem, name, &args.terms.terms())
 }
