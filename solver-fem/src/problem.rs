@@ -12,7 +12,7 @@ use crate::constitutive::GaussPointId;
 use crate::element::{Element, Q8};
 use crate::kinematics::{InvertedElement, ReferencePoint, point_geometry, position};
 use crate::layout::Layout;
-use crate::linear_solver::{FaerLu, LinearError, LinearSolver};
+use crate::linear_solver::{LinearError, LinearSolver, Method};
 use crate::mesh::{Mesh, MeshProblem};
 use crate::second_gradient::law::unit_law;
 use crate::second_gradient::{CornerPoint, SecondGradient, SideProblem};
@@ -98,6 +98,20 @@ pub struct Problem<const D: usize> {
     solver: Box<dyn LinearSolver>,
 }
 
+fn analyse<const D: usize>(
+    method: Method,
+    mesh: &Mesh<D>,
+    layout: &Layout<D>,
+    constraints: &Constraints,
+    pattern: &Arc<Pattern>,
+) -> Result<Box<dyn LinearSolver>, LinearError> {
+    let fields = constraints.free.iter().map(|&dof| layout.field(dof));
+    let centres: Vec<_> = (0..mesh.element_count())
+        .map(|element| mesh.element_centre(element))
+        .collect();
+    method.analyse(pattern, fields.collect(), &centres)
+}
+
 impl Problem<2> {
     /// Plane strain on Q8 elements with 2×2 Gauss points.
     ///
@@ -178,10 +192,12 @@ impl<const D: usize> Problem<D> {
             });
         }
         let pattern = Arc::new(Pattern::new(&mesh, &layout, &constraints));
-        let solver = FaerLu::analyse(Arc::clone(&pattern)).map_err(|error| ProblemError {
-            linear: Some(error),
-            ..ProblemError::default()
-        })?;
+        let solver = analyse(Method::default(), &mesh, &layout, &constraints, &pattern).map_err(
+            |error| ProblemError {
+                linear: Some(error),
+                ..ProblemError::default()
+            },
+        )?;
         let reference = element
             .quadrature()
             .into_iter()
@@ -215,16 +231,26 @@ impl<const D: usize> Problem<D> {
             constraints,
             load_count,
             pattern,
-            solver: Box::new(solver),
+            solver,
         };
         problem.gradient_lengths = problem.corner_lengths();
         Ok(problem)
     }
 
-    /// The same problem solved by another linear solver (made for [`Problem::pattern`]).
-    pub fn with_linear_solver(mut self, solver: Box<dyn LinearSolver>) -> Self {
-        self.solver = solver;
-        self
+    /// The same problem solved by another linear solver than the default one.
+    ///
+    /// # Errors
+    /// Lack of memory.
+    pub fn solved_by(mut self, method: Method) -> Result<Self, LinearError> {
+        let Problem {
+            mesh,
+            layout,
+            constraints,
+            pattern,
+            ..
+        } = &self;
+        self.solver = analyse(method, mesh, layout, constraints, pattern)?;
+        Ok(self)
     }
 
     /// The mesh in its initial configuration.

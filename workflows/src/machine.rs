@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// A processor and a build of the program.
 ///
-/// The grains give the same bits on all of them. The macro solve does where features and linear algebra are the same; see
+/// Grains and the macro solve give the same bits on all of them, the latter where it is not faer that solves; see
 /// docs/design/determinism.md.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
@@ -15,7 +15,7 @@ pub struct Machine {
     pub features: Vec<String>,
     /// Version of femdem-flow.
     pub version: String,
-    /// The library that solves the macro scale's linear systems, with its version.
+    /// What solves the macro scale's linear systems, with versions; the input says which of them does.
     pub linear_algebra: String,
 }
 
@@ -26,7 +26,7 @@ impl Machine {
             processor: processor(),
             features: features(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            linear_algebra: solver_fem::linear_solver::BACKEND.to_owned(),
+            linear_algebra: solver_fem::linear_solver::VERSIONS.to_owned(),
         }
     }
 }

@@ -12,21 +12,17 @@ use faer::sparse::linalg::lu::{
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par};
 
-use super::{Factorisation, LinearError, LinearSolver, Solution};
+use super::checked::{Factors, Matrix, WeakestMotion, check_values};
+use super::scaling::scaling;
+use super::{Factorisation, LinearError, LinearSolver};
 use crate::assembly::Pattern;
-use crate::tensor::norm;
-
-/// The library with its version: with the processor's features it decides the last bits of a macro solve.
-pub const BACKEND: &str = "faer 0.24.4";
-
-/// Condition estimate above which a matrix counts as singular: at 1e14 a solution keeps no correct
-/// digit that a displacement tolerance could use.
-const SINGULAR: f64 = 1e14;
+use crate::layout::Field;
 
 /// Sparse LU with partial pivoting on a fixed pattern.
 #[derive(Debug)]
 pub struct FaerLu {
     pattern: Arc<Pattern>,
+    fields: Vec<Field>,
     symbolic: SymbolicLu<usize>,
 }
 
@@ -41,36 +37,50 @@ fn structure(pattern: &Pattern) -> SymbolicSparseColMatRef<'_, usize> {
 }
 
 impl FaerLu {
-    /// Orders the columns and finds the fill of the factors.
+    /// Orders the columns and finds the fill of the factors. `fields` holds the field of every equation: they
+    /// decide what counts as singular, not the factors.
     ///
     /// # Errors
     /// Lack of memory.
-    pub fn analyse(pattern: Arc<Pattern>) -> Result<Self, LinearError> {
+    ///
+    /// # Panics
+    /// When there is not one field per equation.
+    pub fn analyse(pattern: Arc<Pattern>, fields: Vec<Field>) -> Result<Self, LinearError> {
+        assert_eq!(fields.len(), pattern.size, "one field per equation");
         let symbolic = factorize_symbolic_lu(structure(&pattern), LuSymbolicParams::default())
             .map_err(|error| LinearError::Backend(format!("{error:?}")))?;
-        Ok(FaerLu { pattern, symbolic })
+        Ok(FaerLu {
+            pattern,
+            fields,
+            symbolic,
+        })
     }
 
     /// The equation behind an exact zero pivot, whose factors hold no number any more: the same
     /// matrix with a trace of stiffness everywhere shows the motion that has no other.
-    fn name_zero_pivot(&self, values: &[f64]) -> Result<usize, LinearError> {
-        let mut shifted = values.to_vec();
+    fn name_zero_pivot(&self, matrix: &Matrix<'_>) -> Result<usize, LinearError> {
+        let mut shifted = matrix.values.to_vec();
         // A matrix of zeros has no scale of its own.
-        let scale = largest(values);
+        let scale = matrix.largest();
         let trace = if scale > 0.0 { 1e-12 * scale } else { 1.0 };
         for column in 0..self.pattern.size {
+            let s = matrix.scale[column];
             for entry in self.pattern.columns[column]..self.pattern.columns[column + 1] {
                 if self.pattern.rows[entry] == column {
-                    shifted[entry] += trace;
+                    shifted[entry] += trace / (s * s);
                 }
             }
         }
-        let (_, motion) = self.numeric(&shifted)?.weakest_motion()?;
-        Ok(largest_entry(&motion).unwrap_or(0))
+        let shifted = Matrix {
+            values: &shifted,
+            ..matrix.clone()
+        };
+        let weakest = WeakestMotion::find(&self.numeric(shifted)?)?;
+        Ok(weakest.equation.unwrap_or(0))
     }
 
-    fn numeric<'a>(&'a self, values: &'a [f64]) -> Result<Factors<'a>, LinearError> {
-        let matrix = SparseColMatRef::new(structure(&self.pattern), values);
+    fn numeric<'a>(&'a self, matrix: Matrix<'a>) -> Result<SparseFactors<'a>, LinearError> {
+        let values = SparseColMatRef::new(structure(&self.pattern), matrix.values);
         let mut numeric = NumericLu::new();
         let need = self
             .symbolic
@@ -79,7 +89,7 @@ impl FaerLu {
         self.symbolic
             .factorize_numeric_lu(
                 &mut numeric,
-                matrix,
+                values,
                 Par::Seq,
                 MemStack::new(&mut memory),
                 Default::default(),
@@ -96,25 +106,12 @@ impl FaerLu {
                 }
                 other => LinearError::Backend(format!("{other:?}")),
             })?;
-        Ok(Factors {
+        Ok(SparseFactors {
             solver: self,
+            matrix,
             numeric,
-            values,
         })
     }
-}
-
-/// Largest magnitude.
-fn largest(values: &[f64]) -> f64 {
-    values.iter().fold(0.0, |max, value| max.max(value.abs()))
-}
-
-/// Position of the largest magnitude, `None` when an entry is not finite.
-fn largest_entry(x: &[f64]) -> Option<usize> {
-    if x.iter().any(|value| !value.is_finite()) {
-        return None;
-    }
-    (0..x.len()).max_by(|&a, &b| x[a].abs().total_cmp(&x[b].abs()).then(b.cmp(&a)))
 }
 
 fn out_of_memory() -> LinearError {
@@ -126,33 +123,39 @@ impl LinearSolver for FaerLu {
         &'a self,
         values: &'a [f64],
     ) -> Result<Box<dyn Factorisation + 'a>, LinearError> {
-        if values.len() != self.pattern.entry_count() || values.iter().any(|v| !v.is_finite()) {
-            return Err(LinearError::NonFinite);
-        }
-        let factors = self.numeric(values)?;
-        let (amplification, motion) = factors.weakest_motion()?;
-        if amplification < SINGULAR {
+        check_values(&self.pattern, values)?;
+        let factors = self.numeric(Matrix {
+            pattern: &self.pattern,
+            values,
+            scale: scaling(&self.pattern, &self.fields, values),
+        })?;
+        let weakest = WeakestMotion::find(&factors)?;
+        if !weakest.is_free() {
             return Ok(Box::new(factors));
         }
-        let equation = match largest_entry(&motion) {
+        let equation = match weakest.equation {
             Some(equation) => equation,
-            None => self.name_zero_pivot(values)?,
+            None => self.name_zero_pivot(&factors.matrix)?,
         };
         Err(LinearError::Singular {
             equation,
-            amplification,
+            amplification: weakest.amplification,
         })
     }
 }
 
-struct Factors<'a> {
+struct SparseFactors<'a> {
     solver: &'a FaerLu,
+    matrix: Matrix<'a>,
     numeric: NumericLu<usize, f64>,
-    values: &'a [f64],
 }
 
-impl Factors<'_> {
-    fn back_substitute(&self, x: &mut [f64]) -> Result<(), LinearError> {
+impl Factors for SparseFactors<'_> {
+    fn matrix(&self) -> &Matrix<'_> {
+        &self.matrix
+    }
+
+    fn substitute(&self, x: &mut [f64]) -> Result<(), LinearError> {
         let symbolic = &self.solver.symbolic;
         let need = symbolic.solve_in_place_scratch::<f64>(1, Par::Seq);
         let mut memory = MemBuffer::try_new(need).map_err(|_| out_of_memory())?;
@@ -165,73 +168,13 @@ impl Factors<'_> {
         );
         Ok(())
     }
-
-    /// Inverse iteration from a fixed, unstructured vector: the amplification ‖A⁻¹‖·max|a_ij| it
-    /// finds, and the vector, which turns into the motion with the least stiffness.
-    fn weakest_motion(&self) -> Result<(f64, Vec<f64>), LinearError> {
-        let size = self.solver.pattern.size;
-        // Multiples of the golden ratio: no accidental orthogonality to smooth motions.
-        let mut x: Vec<f64> = (1..=size)
-            .map(|i| 0.5 + (i as f64 * 0.618_033_988_749_894_9).fract())
-            .collect();
-        let mut amplification: f64 = 0.0;
-        for _ in 0..2 {
-            let before = norm(&x);
-            self.back_substitute(&mut x)?;
-            let after = norm(&x);
-            let growth = largest(self.values) * after / before;
-            if !growth.is_finite() {
-                return Ok((f64::INFINITY, x));
-            }
-            amplification = amplification.max(growth);
-            for value in &mut x {
-                *value /= after;
-            }
-        }
-        Ok((amplification, x))
-    }
-
-    /// b − A·x.
-    fn defect(&self, rhs: &[f64], x: &[f64]) -> Vec<f64> {
-        let product = self.solver.pattern.multiply(self.values, x);
-        rhs.iter().zip(product).map(|(b, ax)| b - ax).collect()
-    }
-}
-
-impl Factorisation for Factors<'_> {
-    fn solve(&self, rhs: &[f64]) -> Result<Solution, LinearError> {
-        let size = norm(rhs);
-        if rhs.len() != self.solver.pattern.size || !size.is_finite() {
-            return Err(LinearError::NonFinite);
-        }
-        if size == 0.0 {
-            return Ok(Solution {
-                x: vec![0.0; rhs.len()],
-                relative_residual: 0.0,
-            });
-        }
-        let mut x = rhs.to_vec();
-        self.back_substitute(&mut x)?;
-        let mut correction = self.defect(rhs, &x);
-        self.back_substitute(&mut correction)?;
-        for (value, correction) in x.iter_mut().zip(&correction) {
-            *value += correction;
-        }
-        if x.iter().any(|value| !value.is_finite()) {
-            return Err(LinearError::NonFinite);
-        }
-        let relative_residual = norm(&self.defect(rhs, &x)) / size;
-        Ok(Solution {
-            x,
-            relative_residual,
-        })
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::boundary::{Condition, Target, Value};
+    use crate::linear_solver::VERSIONS;
     use crate::mesh::{Mesh, Rectangle};
     use crate::problem::Problem;
 
@@ -270,11 +213,9 @@ mod tests {
         let entry = lock
             .split("[[package]]")
             .find(|entry| entry.contains("name = \"faer\"\n"));
-        let version = BACKEND
-            .strip_prefix("faer ")
-            .expect("the library comes first");
+        let (_, version) = VERSIONS.split_once("faer ").expect("the library is named");
         let line = format!("version = \"{version}\"\n");
-        assert!(entry.expect("faer is locked").contains(&line), "{BACKEND}");
+        assert!(entry.expect("faer is locked").contains(&line), "{VERSIONS}");
     }
 
     #[test]
@@ -283,7 +224,11 @@ mod tests {
         let values = values(&pattern);
         let exact: Vec<f64> = (0..pattern.size).map(|i| (i as f64).sin()).collect();
         let rhs = pattern.multiply(&values, &exact);
-        let solver = FaerLu::analyse(Arc::clone(&pattern)).expect("analysed");
+        let solver = FaerLu::analyse(
+            Arc::clone(&pattern),
+            vec![Field::Displacement; pattern.size],
+        )
+        .expect("analysed");
         let solution = solver
             .factorise(&values)
             .expect("regular")
@@ -309,7 +254,11 @@ mod tests {
                     }
                 }
             }
-            let solver = FaerLu::analyse(Arc::clone(&pattern)).expect("analysed");
+            let solver = FaerLu::analyse(
+                Arc::clone(&pattern),
+                vec![Field::Displacement; pattern.size],
+            )
+            .expect("analysed");
             match solver.factorise(&values).err() {
                 Some(LinearError::Singular { equation, .. }) => assert_eq!(equation, lost),
                 other => panic!("not seen as singular: {other:?}"),
@@ -322,7 +271,11 @@ mod tests {
         let pattern = pattern();
         let mut values = values(&pattern);
         values[3] = f64::NAN;
-        let solver = FaerLu::analyse(Arc::clone(&pattern)).expect("analysed");
+        let solver = FaerLu::analyse(
+            Arc::clone(&pattern),
+            vec![Field::Displacement; pattern.size],
+        )
+        .expect("analysed");
         assert_eq!(
             solver.factorise(&values).err(),
             Some(LinearError::NonFinite)

@@ -1,14 +1,60 @@
 //! Sparse linear solution behind a trait.
 //!
 //! The symbolic analysis belongs to the solver and is done once per problem; a factorisation is a
-//! value of its own. faer's supernodal LU is the first backend; an element multifrontal one, which
-//! the second-gradient saddle point will want, is another implementation of the same two traits.
+//! value of its own. Two implementations of the same two traits check each other: an element
+//! multifrontal LU, which is the default, and faer's supernodal one.
 
+mod checked;
 mod faer_lu;
+mod multifrontal;
+mod scaling;
+
+use std::sync::Arc;
 
 use thiserror::Error;
 
-pub use faer_lu::{BACKEND, FaerLu};
+use crate::assembly::Pattern;
+use crate::layout::Field;
+
+use faer_lu::FaerLu;
+use multifrontal::Multifrontal;
+
+/// The solvers at hand with their versions: with the processor's features, where it is faer that solves, they decide
+/// the last bits of a macro solve.
+pub const VERSIONS: &str = "multifrontal 1, faer 0.24.4";
+
+/// A linear solver by name.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum Method {
+    /// LU along a dissection of the mesh, the same bits on every processor.
+    #[default]
+    Multifrontal,
+    /// The sparse LU of faer, a general library.
+    Faer,
+}
+
+impl Method {
+    /// Does what depends on the pattern alone. `fields` holds the field of every equation, `centres` the centre of
+    /// every element of the pattern.
+    ///
+    /// # Errors
+    /// Lack of memory.
+    ///
+    /// # Panics
+    /// When there is not one field per equation and one centre per element.
+    pub fn analyse<const D: usize>(
+        self,
+        pattern: &Arc<Pattern>,
+        fields: Vec<Field>,
+        centres: &[[f64; D]],
+    ) -> Result<Box<dyn LinearSolver>, LinearError> {
+        let pattern = Arc::clone(pattern);
+        Ok(match self {
+            Method::Multifrontal => Box::new(Multifrontal::analyse(pattern, fields, centres)),
+            Method::Faer => Box::new(FaerLu::analyse(pattern, fields)?),
+        })
+    }
+}
 
 /// A factorised matrix.
 pub trait Factorisation {

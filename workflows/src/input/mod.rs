@@ -23,8 +23,8 @@ mod tree;
 use std::path::Path as FilePath;
 
 pub use document::{
-    Annulus, Box2, Field, LossOfConfinement, Mesh, OutputSettings, Packings, Rectangle, Sector,
-    SolverSettings,
+    Annulus, Box2, Field, LinearSolver, LossOfConfinement, Mesh, OutputSettings, Packings,
+    Rectangle, Sector, SolverSettings,
 };
 pub use error::{InputError, InputErrors, Span};
 pub use problem::Problem;

@@ -165,7 +165,8 @@ impl<'a> Campaign<'a> {
         let schedule = Schedule::at(&self.problem.programme, control, place);
         match &self.problem.model {
             InputModel::Body(body) => {
-                let model = Model::new(body, self.problem.loads.len())?;
+                let loads = self.problem.loads.len();
+                let model = Model::to_solve(body, loads, &self.problem.solver)?;
                 let start = BodyStart {
                     step: step.0,
                     digest: reader.digest(),

@@ -19,7 +19,7 @@ pub struct Manifest {
     /// Processor of the first machine; empty in runs from before it was recorded.
     #[serde(default)]
     pub processor: String,
-    /// Library of the macro solver's linear algebra; empty in runs from before it was recorded.
+    /// Versions of the macro solver's linear algebra; empty in runs from before it was recorded.
     #[serde(default)]
     pub linear_algebra: String,
     /// Threads of the first session.

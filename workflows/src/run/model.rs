@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use solver_fem::{
     boundary::{Condition, Target, Value},
+    linear_solver::Method,
     mesh::{Annulus, AnnulusExtent, Mesh, Rectangle},
     newton::{StepSettings, Strategy, TwoPhase},
     problem::Problem,
@@ -30,27 +31,50 @@ impl Model {
     /// # Errors
     /// What the mesh or the conditions refuse.
     pub fn new(body: &Body, loads: usize) -> Result<Self, RunError> {
-        let mut mesh = mesh(&body.mesh)?;
-        let mut materials = vec![body.material; mesh.element_count()];
-        for region in &body.regions {
-            let elements = match &region.selection {
-                Selection::Elements(elements) => elements.iter().map(|&e| e as usize).collect(),
-                Selection::Box(within) => mesh.elements_in_box(within.from, within.to),
-            };
-            mesh.assign_region(&region.name, &elements)
-                .map_err(|error| RunError::Model(error.to_string()))?;
-            for element in elements {
-                materials[element] = region.material;
-            }
-        }
-        let conditions = conditions(body, &mesh);
-        let problem = Problem::plane_strain(mesh, conditions, loads)
-            .map_err(|error| RunError::Model(error.to_string()))?;
+        let (problem, materials) = parts(body, loads)?;
         Ok(Self {
             problem: Arc::new(problem),
             materials,
         })
     }
+
+    /// The same, with the linear solver that the settings ask for.
+    ///
+    /// # Errors
+    /// What the mesh, the conditions or the linear solver refuse.
+    pub fn to_solve(body: &Body, loads: usize, solver: &SolverSettings) -> Result<Self, RunError> {
+        let (problem, materials) = parts(body, loads)?;
+        let problem = match solver.linear_solver {
+            input::LinearSolver::Multifrontal => problem,
+            input::LinearSolver::Faer => problem
+                .solved_by(Method::Faer)
+                .map_err(|error| RunError::Model(error.to_string()))?,
+        };
+        Ok(Self {
+            problem: Arc::new(problem),
+            materials,
+        })
+    }
+}
+
+fn parts(body: &Body, loads: usize) -> Result<(Problem<2>, Vec<usize>), RunError> {
+    let mut mesh = mesh(&body.mesh)?;
+    let mut materials = vec![body.material; mesh.element_count()];
+    for region in &body.regions {
+        let elements = match &region.selection {
+            Selection::Elements(elements) => elements.iter().map(|&e| e as usize).collect(),
+            Selection::Box(within) => mesh.elements_in_box(within.from, within.to),
+        };
+        mesh.assign_region(&region.name, &elements)
+            .map_err(|error| RunError::Model(error.to_string()))?;
+        for element in elements {
+            materials[element] = region.material;
+        }
+    }
+    let conditions = conditions(body, &mesh);
+    let problem = Problem::plane_strain(mesh, conditions, loads)
+        .map_err(|error| RunError::Model(error.to_string()))?;
+    Ok((problem, materials))
 }
 
 fn mesh(mesh: &input::Mesh) -> Result<Mesh<2>, RunError> {

@@ -98,7 +98,7 @@ impl Plan {
     pub fn of_problem(problem: &Problem) -> Result<(Self, Option<Model>), RunError> {
         match &problem.model {
             InputModel::Body(body) => {
-                let model = Model::new(body, problem.loads.len())?;
+                let model = Model::to_solve(body, problem.loads.len(), &problem.solver)?;
                 let materials: Vec<&Material> = model
                     .materials
                     .iter()

@@ -23,7 +23,7 @@ pub use material::{Elastic, Material, Packings, Rev};
 pub use mesh::{Annulus, Box2, Mesh, Rectangle, Region, Sector};
 pub use packing::{Fraction, Means, Sizes, Target};
 pub use programme::Stage;
-pub use settings::{Field, LossOfConfinement, OutputSettings, SolverSettings};
+pub use settings::{Field, LinearSolver, LossOfConfinement, OutputSettings, SolverSettings};
 
 /// The input of one run of femdem-flow.
 ///

@@ -28,6 +28,9 @@ pub struct SolverSettings {
     /// Growth of the step after an easy one, up to the whole increment.
     #[schemars(range(min = 1.0, max = 2.0))]
     pub step_growth: f64,
+    /// What solves the linear equations of an iteration. A run's forces are the same over both but for rounding; the other
+    /// one is there to check the first.
+    pub linear_solver: LinearSolver,
     /// Largest unbalanced force in a REV over its mean contact force. Inside a REV, equilibrium is always required.
     #[schemars(extend("exclusiveMinimum" = 0.0), range(max = 1e-2))]
     pub rev_tolerance: f64,
@@ -52,12 +55,23 @@ impl Default for SolverSettings {
             elastic_iterations: 16,
             smallest_step: 1.0 / 64.0,
             step_growth: 1.25,
+            linear_solver: LinearSolver::Multifrontal,
             rev_tolerance: 1e-4,
             loss_of_confinement: LossOfConfinement::Fail,
             task_time_limit: 600.0,
             task_retries: 1,
         }
     }
+}
+
+/// What solves the linear equations of an iteration.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LinearSolver {
+    /// LU along a dissection of the mesh: the faster one, and the same bits on every processor.
+    Multifrontal,
+    /// The sparse LU of faer, a general library: for a check.
+    Faer,
 }
 
 /// What becomes of a REV whose grains have all come apart.
