@@ -85,7 +85,7 @@ pub fn drive(
         stress,
     };
     match method {
-        Method::Path => follow_path(base, &asked, settings, 0),
+        Method::Path | Method::Unsettled => follow_path(base, &asked, settings, 0),
         Method::ReturnMapping | Method::Rebased => {
             map_or_follow(base, None, &step, &asked, settings)
         }

@@ -44,6 +44,9 @@ const DAMPING: f64 = 0.7;
 const LIST_MARGIN: f64 = 0.03;
 /// The same where grains move far.
 const WIDE_LIST_MARGIN: f64 = 0.1;
+/// Mean force of the contacts below which they carry nothing, over kn times the mean diameter: an overlap of 1e-9 of
+/// a grain, a millionth of one at κ = 1000.
+const FAINT: f64 = 1e-9;
 /// Cycles between two looks at the residual.
 pub(crate) const RESIDUAL_CHECK: u32 = 20;
 
@@ -360,6 +363,20 @@ impl<'a> Assembly<'a> {
             worst = worst.max(unbalanced[0]).max(unbalanced[1]);
         }
         if worst == 0.0 { 0.0 } else { worst / mean }
+    }
+
+    /// Whether the contacts carry nothing any more: their mean force is below [`FAINT`] kn times the mean diameter.
+    /// What is left of an assembly that has given way under a fixed cell are overlaps that die out down to rounding, and
+    /// no force among them is a scale of equilibrium. Never so with cohesion, whose bonds keep their force.
+    pub fn gave_way(&self) -> bool {
+        let (mut sum, mut count) = (0.0, 0usize);
+        for link in self.closed() {
+            sum += link.normal.abs();
+            count += 1;
+        }
+        let diameters: f64 = self.radii.iter().map(|radius| 2.0 * radius).sum();
+        let scale = self.law.normal_stiffness * diameters / self.radii.len() as f64;
+        self.law.cohesion == 0.0 && sum < FAINT * scale * count as f64
     }
 
     /// Takes the current configuration as the reference state of return mapping.

@@ -49,4 +49,4 @@ pub use prepare::{
 pub use respond::respond;
 pub use response::{EquilibriumError, Method, Report, Response, Start, Started, Trust};
 pub use rev::{Contact, Grains, Rev, RevState};
-pub use settings::{LossOfConfinement, Settings, Tangents};
+pub use settings::{LossOfConfinement, Settings, Tangents, Unsettled};

@@ -143,6 +143,8 @@ pub(crate) struct Relaxed {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Outcome {
     Equilibrium,
+    /// No contact carries anything any more: the grains are at rest apart from one another, or just touching.
+    GaveWay,
     /// The cap was reached first.
     Exhausted,
     /// The cell became too small for its grains or degenerate.
@@ -184,6 +186,11 @@ pub(crate) fn relax(
                 && result.stress_error <= settings.stress_tolerance
             {
                 result.outcome = Outcome::Equilibrium;
+                return result;
+            }
+            // While return mapping swings, forces may vanish for a moment: whether they stay away, the path tells.
+            if limits.friction == Friction::Path && !motion.is_driven() && assembly.gave_way() {
+                result.outcome = Outcome::GaveWay;
                 return result;
             }
             if cycle >= limits.cap.saturating_add(motion.ramp) || result.residual == f64::INFINITY {

@@ -1,7 +1,7 @@
 //! What a Gauss point asks of its REV.
 
 use crate::{
-    Rev,
+    Rev, RevState,
     contact::Status,
     dynamics::{Assembly, Friction, Record},
     homogenise::asymmetry,
@@ -9,7 +9,7 @@ use crate::{
     onward::Onward,
     relax::{CellMotion, Limits, Outcome, Relaxed, relax},
     response::{EquilibriumError, Method, Report, Response, Start},
-    settings::{LossOfConfinement, Settings, Tangents},
+    settings::{LossOfConfinement, Settings, Tangents, Unsettled},
     tensor::{Tensor2, apply, identity, invert, product, rotation, rotation_angle},
 };
 
@@ -160,6 +160,14 @@ pub(crate) fn follow_path(
         let mut relaxed = relax(&mut assembly, &mut motion, &limits, settings);
         cycles = cycles.saturating_add(relaxed.cycles);
         relaxed.cycles = cycles;
+        let lasting = assembly.closed().next().is_some() && relaxed.residual.is_finite();
+        if relaxed.outcome == Outcome::Exhausted
+            && settings.unsettled == Unsettled::Answer
+            && lasting
+        {
+            let method = Method::Unsettled;
+            return answer(base, &assembly, motion.gradient, &relaxed, method, settings);
+        }
         let end = finish(base, &assembly, &motion, &relaxed, Method::Path, settings);
         if relaxed.outcome != Outcome::Exhausted {
             return end;
@@ -196,6 +204,7 @@ pub(crate) fn finish(
 ) -> Result<Response, EquilibriumError> {
     match relaxed.outcome {
         Outcome::Equilibrium => answer(base, assembly, motion.gradient, relaxed, method, settings),
+        Outcome::GaveWay => void(base, assembly, motion.gradient, relaxed, method, settings),
         Outcome::CellTooSmall => Err(too_small(base, &assembly.cell, relaxed.cycles)),
         // A stress that no strain can carry pulls the grains apart.
         Outcome::Exhausted
@@ -363,6 +372,43 @@ pub(crate) fn stretched_by(f: &Tensor2<2>) -> f64 {
     components.iter().fold(0.0, |m: f64, x| m.max(x.abs()))
 }
 
+/// The answer of grains that carry nothing: no stress, no stiffness. They stay where they are, ready to be pressed
+/// together again.
+fn void(
+    base: &Rev<2, 1>,
+    assembly: &Assembly<'_>,
+    gradient: Tensor2<2>,
+    relaxed: &Relaxed,
+    method: Method,
+    settings: &Settings,
+) -> Result<Response, EquilibriumError> {
+    if settings.loss_of_confinement == LossOfConfinement::Fail {
+        return Err(unconfined(base, assembly, relaxed.cycles));
+    }
+    Ok(Response {
+        state: RevState {
+            contacts: Vec::new(),
+            ..assembly.state()
+        },
+        rotations: assembly.rotations(),
+        gradient,
+        stress: [[0.0; 2]; 2],
+        tangent: [[[[0.0; 2]; 2]; 2]; 2],
+        elastic_tangent: [[[[0.0; 2]; 2]; 2]; 2],
+        report: Report {
+            method,
+            cycles: relaxed.cycles,
+            residual: 0.0,
+            drift: 0.0,
+            stress_error: relaxed.stress_error,
+            asymmetry: 0.0,
+            contacts: 0,
+            sliding: 0,
+            affine_tangent: false,
+        },
+    })
+}
+
 /// Stress, tangents and end state of an assembly in equilibrium.
 fn answer(
     base: &Rev<2, 1>,
@@ -389,8 +435,8 @@ fn answer(
         &whole
     };
     let closed = assembly.closed().count();
-    if closed == 0 && settings.loss_of_confinement == LossOfConfinement::Fail {
-        return Err(unconfined(base, assembly, relaxed.cycles));
+    if closed == 0 {
+        return void(base, assembly, gradient, relaxed, method, settings);
     }
     let sliding = over_increment
         .closed()

@@ -39,7 +39,7 @@ impl Trust {
     pub fn in_answer(report: &Report, started: Started) -> Self {
         match (report.method, started) {
             (Method::ReturnMapping, _) | (_, Started::Cold) => Self::Guess,
-            (Method::Rebased | Method::Path, Started::Warm) => Self::Reference,
+            (Method::Rebased | Method::Path | Method::Unsettled, Started::Warm) => Self::Reference,
         }
     }
 }
@@ -64,6 +64,8 @@ pub enum Method {
     Rebased,
     /// Friction integrated along a slow ramp.
     Path,
+    /// None: the path solver's cap was reached first, see [`crate::Unsettled`].
+    Unsettled,
 }
 
 /// What the solve reached and what it took.

@@ -26,6 +26,18 @@ pub enum LossOfConfinement {
     Allow,
 }
 
+/// What is answered where no solver comes to an equilibrium.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Unsettled {
+    /// There is no answer, which [`crate::EquilibriumError::NotReached`] says.
+    #[default]
+    Fail,
+    /// The state that the first ramp of the path solver came to, marked by [`crate::Method::Unsettled`]: something for an
+    /// iteration to go on from, never to end with.
+    Answer,
+}
+
 /// Numerical settings of a REV solve. The defaults are the measured ones of docs/design/rev-solver.md.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -55,6 +67,9 @@ pub struct Settings {
     pub tangents: Tangents,
     /// Whether a REV without contacts is an answer.
     pub loss_of_confinement: LossOfConfinement,
+    /// Whether a REV that does not come to rest is an answer.
+    #[serde(default)]
+    pub unsettled: Unsettled,
 }
 
 impl Default for Settings {
@@ -71,6 +86,7 @@ impl Default for Settings {
             network_regularisation: 1e-3,
             tangents: Tangents::Both,
             loss_of_confinement: LossOfConfinement::Fail,
+            unsettled: Unsettled::Fail,
         }
     }
 }

@@ -29,6 +29,8 @@ pub enum Smoothness {
     /// The friction history was re-based on the way, or a path-following solver took over: the
     /// tangent describes only the last piece and is of little worth.
     Rebased,
+    /// No lasting equilibrium was found there. Stress and state serve to go on from; a step does not end with them.
+    Provisional,
 }
 
 /// The answer of a Gauss point.

@@ -25,6 +25,7 @@ programme:
 
 /// [`biaxial`] with a macro solver that is given two iterations a step only: most steps are cut, some several times.
 pub fn biaxial_with_cuts(name: &str, grains: u32, steps: u32) -> String {
-    let solver = "solver: { iterations: 2, elastic_iterations: 0, loosest_force_tolerance: 1e-3 }";
+    let solver =
+        "solver: { iterations: 2, relaxation_iterations: 0, loosest_force_tolerance: 1e-3 }";
     format!("{}{solver}\n", biaxial(name, grains, steps))
 }

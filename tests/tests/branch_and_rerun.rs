@@ -142,7 +142,7 @@ fn a_branch_begins_with_the_loads_of_its_step_also_in_the_middle_of_an_increment
             "--set",
             "solver.iterations=12",
             "--set",
-            "solver.elastic_iterations=16",
+            "solver.relaxation_iterations=150",
         ];
         place
             .run(["branch", &at].iter().chain(&options).chain(&easier))

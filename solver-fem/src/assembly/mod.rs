@@ -10,5 +10,5 @@ mod tangent;
 
 pub use configuration::{Configuration, Start};
 pub use pattern::Pattern;
-pub use residual::{ElementShare, Residual, element_shares, residual};
+pub use residual::{ElementShare, Residual, element_shares, internal_forces, residual};
 pub use tangent::{LinearSystem, element_tangent, tangent};

@@ -42,31 +42,29 @@ impl Residual {
     }
 }
 
-/// The residual of a configuration.
+/// ∫ T_ij ∂N_a/∂x_j dv at these node positions, `stress_at(element, Gauss point)` being T: one entry per displacement, and
+/// Σ‖element forces‖², their size before they cancel.
 ///
 /// # Errors
-/// An element that is inverted at these positions (with second gradient, also one that the step turns
-/// half round).
+/// An element that is inverted at these positions.
 ///
 /// # Panics
-/// When an array has not the length the problem gives it.
-pub fn residual<const D: usize>(
+/// When `positions` is not one position per node or longer.
+pub fn internal_forces<const D: usize>(
     problem: &Problem<D>,
-    at: &Configuration<'_>,
-) -> Result<Residual, InvertedElement> {
-    let layout = problem.layout();
-    let mut vector = vec![0.0; layout.len()];
+    positions: &[f64],
+    stress_at: impl Fn(usize, usize) -> Tensor2<D>,
+) -> Result<(Vec<f64>, f64), InvertedElement> {
+    let mut vector = vec![0.0; problem.layout().displacement_count()];
     let mut internal = 0.0;
     let reference = problem.reference_points();
     for element in 0..problem.mesh().element_count() {
         let nodes = problem.mesh().element(element);
-        let multiplier = second_gradient::multiplier(problem, at.unknowns, element);
         let mut forces = vec![[0.0; D]; nodes.len()];
         for (point, data) in reference.iter().enumerate() {
-            let geometry = point_geometry(data, nodes, at.unknowns)
-                .ok_or(InvertedElement { element, point })?;
-            let index = element * reference.len() + point;
-            let sigma = net_stress(at.stress, index, multiplier.as_ref());
+            let geometry =
+                point_geometry(data, nodes, positions).ok_or(InvertedElement { element, point })?;
+            let sigma = stress_at(element, element * reference.len() + point);
             for (force, gradient) in forces.iter_mut().zip(&geometry.gradients) {
                 for i in 0..D {
                     for j in 0..D {
@@ -82,6 +80,27 @@ pub fn residual<const D: usize>(
             }
         }
     }
+    Ok((vector, internal))
+}
+
+/// The residual of a configuration.
+///
+/// # Errors
+/// An element that is inverted at these positions (with second gradient, also one that the step turns
+/// half round).
+///
+/// # Panics
+/// When an array has not the length the problem gives it.
+pub fn residual<const D: usize>(
+    problem: &Problem<D>,
+    at: &Configuration<'_>,
+) -> Result<Residual, InvertedElement> {
+    let layout = problem.layout();
+    let (mut vector, internal) = internal_forces(problem, at.unknowns, |element, index| {
+        let multiplier = second_gradient::multiplier(problem, at.unknowns, element);
+        net_stress(at.stress, index, multiplier.as_ref())
+    })?;
+    vector.resize(layout.len(), 0.0);
     let positions = &at.unknowns[..layout.displacement_count()];
     let external = problem
         .surface_loads()

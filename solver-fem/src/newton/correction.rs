@@ -1,5 +1,6 @@
 //! From an iterate to the next one: choice of tangents, linear solve, cap, geometric check.
 
+use super::relaxation::{add_viscosity, largest_strain};
 use super::state::{Iterate, Size};
 use super::{FailureReason, Phase, Safeguarded, StepSettings, Strategy, safeguard};
 use crate::assembly::{Configuration, residual, tangent};
@@ -10,10 +11,12 @@ use crate::problem::Problem;
 use crate::tensor::{flatten4, load4, norm};
 
 /// Which tangent of an answer is used.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) enum TangentChoice {
     Algorithmic,
     ElasticEnd,
+    /// The algorithmic one with this viscosity added.
+    Damped(f64),
 }
 
 /// New positions and how they were found.
@@ -235,6 +238,9 @@ pub(super) fn correct<const D: usize>(
     let elastic = &committed.elastic_tangents;
     let mut tangents = chosen::<D>(iterate, phase, choice);
     let safeguarded = guard::<D>(&mut tangents, elastic, settings);
+    if let TangentChoice::Damped(viscosity) = choice {
+        add_viscosity::<D>(&mut tangents, iterate, elastic, viscosity);
+    }
     let equilibrium = Equilibrium {
         problem,
         at: iterate.configuration(committed, loads),
@@ -245,12 +251,18 @@ pub(super) fn correct<const D: usize>(
     let candidates = [&tangents[..], &iterate.elastic_tangents, elastic];
     let (mut du, linear_residual) = equilibrium.solve_first(&candidates, &held)?;
 
-    if let (Strategy::TwoPhase(two_phase), Phase::Path | Phase::PathElastic) =
-        (settings.strategy, phase)
-    {
-        let so_far = norm(&difference(&iterate.coordinates, &committed.coordinates));
-        let limit = two_phase.correction_cap * so_far;
-        let length = norm(&du[..moving]);
+    if let Strategy::TwoPhase(two_phase) = settings.strategy {
+        let (length, limit) = match phase {
+            Phase::Pure => (0.0, 0.0),
+            Phase::Path => {
+                let so_far = norm(&difference(&iterate.coordinates, &committed.coordinates));
+                (norm(&du[..moving]), two_phase.correction_cap * so_far)
+            }
+            Phase::Relaxation => (
+                largest_strain(problem, &iterate.coordinates, &du),
+                two_phase.relaxation.largest_strain,
+            ),
+        };
         if length > limit && limit > 0.0 {
             du.iter_mut().for_each(|d| *d *= limit / length);
         }

@@ -7,6 +7,7 @@
 mod correction;
 mod macro_state;
 mod plan;
+mod relaxation;
 mod report;
 mod safeguard;
 mod settings;
@@ -14,6 +15,7 @@ mod solver;
 mod state;
 
 pub use macro_state::{MacroState, StateError};
+pub use relaxation::Relaxation;
 pub use report::{Acceptance, FailureReason, Phase, StepFailure, StepOutcome, SweepReport};
 pub use safeguard::{Safeguard, Safeguarded, safeguard};
 pub use settings::{StepSettings, Strategy, TwoPhase};

@@ -32,12 +32,21 @@ impl<const D: usize> StepState<D> {
             }
             Strategy::TwoPhase(settings) => settings,
         };
-        if sweeps >= settings.sweeps + settings.elastic_sweeps {
+        if sweeps >= settings.sweeps + settings.relaxation.sweeps {
             return None;
         }
-        let next = if sweeps >= settings.sweeps {
-            Phase::PathElastic
-        } else if phase == Phase::Pure && !self.leaves_pure_phase(&settings, ratio) {
+        if sweeps >= settings.sweeps {
+            let from = match phase {
+                Phase::Relaxation => Origin::Current,
+                Phase::Pure | Phase::Path => Origin::Best,
+            };
+            return Some(Plan {
+                phase: Phase::Relaxation,
+                choice: TangentChoice::Damped(self.viscosity),
+                from,
+            });
+        }
+        let next = if phase == Phase::Pure && !self.leaves_pure_phase(&settings, ratio) {
             Phase::Pure
         } else {
             Phase::Path
@@ -50,7 +59,7 @@ impl<const D: usize> StepState<D> {
         // The algorithmic tangent of a pure sweep belongs to the whole step and diverges on the
         // small increments of the path phase; and a restored iterate must not be left by the same
         // way that failed.
-        let choice = if next == Phase::PathElastic || next != phase || from == Origin::Best {
+        let choice = if next != phase || from == Origin::Best {
             TangentChoice::ElasticEnd
         } else {
             TangentChoice::Algorithmic

@@ -14,8 +14,10 @@ pub enum Phase {
     Pure,
     /// From the previous sweep's end state, tangents of the small increment.
     Path,
-    /// From the previous sweep's end state, elastic tangents: the last resort.
-    PathElastic,
+    /// From the previous sweep's end state, as an overdamped motion ([`super::Relaxation`]). Steps of earlier versions
+    /// tell of a last resort with elastic tangents in its place.
+    #[serde(alias = "PathElastic")]
+    Relaxation,
 }
 
 /// One sweep: a wave, and how good its answer was.
@@ -31,6 +33,9 @@ pub struct SweepReport {
     pub correction: f64,
     /// Number of points that re-based their friction history.
     pub rebased: usize,
+    /// Number of points that found no lasting equilibrium.
+    #[serde(default)]
+    pub provisional: usize,
     /// Number of tangents that were blended towards the elastic ones to compute that correction.
     pub safeguarded: usize,
     /// Relative residual of the linear solve of that correction.
@@ -65,6 +70,12 @@ pub struct StepOutcome<const D: usize> {
     pub accepted: Acceptance,
     /// Force residual of the state.
     pub residual: f64,
+    /// Work of the stresses on the strains of the step, ∫σ:dε over the body by the trapezoidal rule, positive when the
+    /// body is deformed by its surroundings.
+    pub work: f64,
+    /// Work of the unbalanced forces on the way from one end state to the next in the path phase and the overdamped
+    /// motion: the energy that was set free, ½(R_k + R_{k+1})·(x_k − x_{k+1}) added up.
+    pub released: f64,
     /// Every sweep, in order.
     pub sweeps: Vec<SweepReport>,
 }
@@ -114,6 +125,20 @@ pub enum FailureReason {
         residual: f64,
         /// Force tolerance.
         tolerance: f64,
+    },
+    /// The forces balance, or nearly so, but some points found no lasting equilibrium.
+    #[error(
+        "solve the step: after {sweeps} sweeps (residual {residual:.2e}) {} Gauss points have no equilibrium of their own, the first is point {}",
+        points.len(),
+        points.first().map_or(0, |point| point.0)
+    )]
+    Provisional {
+        /// Number of sweeps.
+        sweeps: usize,
+        /// Force residual with what they answered.
+        residual: f64,
+        /// The points.
+        points: Vec<GaussPointId>,
     },
     /// A correction folded an element.
     #[error("solve the step: a correction inverts element e{element} at its Gauss point {point}")]

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Safeguard;
+use super::{Relaxation, Safeguard};
 
 /// How a step is solved and when it counts as solved.
 #[derive(Serialize, Deserialize, Clone, Copy, PartialEq, Debug)]
@@ -76,10 +76,10 @@ pub struct TwoPhase {
     /// When the current residual exceeds the best by this factor, the best iterate is restored.
     /// 1.3.
     pub restore_ratio: f64,
-    /// Sweeps in total before elastic tangents are used throughout. 12.
+    /// Sweeps in total before the overdamped motion. 12.
     pub sweeps: usize,
-    /// Sweeps with elastic tangents before the step is given up. 16.
-    pub elastic_sweeps: usize,
+    /// The overdamped motion.
+    pub relaxation: Relaxation,
     /// At the end, the best iterate is still accepted up to this residual, and the outcome says
     /// so. 1e-2; set it to 0 to refuse.
     pub loose_tolerance: f64,
@@ -95,7 +95,7 @@ impl Default for TwoPhase {
             slow_ratio: 0.35,
             restore_ratio: 1.3,
             sweeps: 12,
-            elastic_sweeps: 16,
+            relaxation: Relaxation::default(),
             loose_tolerance: 1e-2,
             correction_cap: 1.0,
         }

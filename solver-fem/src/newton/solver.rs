@@ -9,14 +9,15 @@ use super::macro_state::{StateError, reactions};
 use super::plan::Origin;
 use super::state::{Iterate, Size, Status, StepState, Trial};
 use super::{
-    Acceptance, FailureReason, MacroState, Phase, StepFailure, StepOutcome, StepSettings, Strategy,
-    SweepReport,
+    Acceptance, FailureReason, MacroState, Phase, Relaxation, StepFailure, StepOutcome,
+    StepSettings, Strategy, SweepReport,
 };
-use crate::assembly::{Configuration, Residual, element_shares, residual};
+use crate::assembly::{Configuration, Residual, element_shares, internal_forces, residual};
 use crate::constitutive::{Base, ConstitutiveResponse, GaussPointId, Wave};
 use crate::kinematics::{InvertedElement, deformation_gradient, point_geometry};
+use crate::layout::Field;
 use crate::problem::Problem;
-use crate::tensor::Tensor2;
+use crate::tensor::{self, Tensor2};
 
 /// Number of elements a failure names.
 const WORST_ELEMENTS: usize = 8;
@@ -103,6 +104,10 @@ impl<const D: usize> StepSolver<D> {
                     start: None,
                     coordinates: committed.unknowns(),
                     base_coordinates: Vec::new(),
+                    from: committed.unknowns(),
+                    unbalanced: Vec::new(),
+                    released: 0.0,
+                    halvings: 0,
                     correction: 1.0,
                     size: Size::Significant,
                     safeguarded: 0,
@@ -111,6 +116,7 @@ impl<const D: usize> StepSolver<D> {
                 best: None,
                 restored: None,
                 previous_residual: None,
+                viscosity: Relaxation::FIRST_VISCOSITY,
                 predictor_tangents: committed.predictor_tangents.clone(),
                 sweeps: Vec::new(),
                 status: Status::Evaluating,
@@ -150,7 +156,10 @@ impl<const D: usize> StepSolver<D> {
                 "the list of loads",
             ),
             (
-                trial.coordinates.len() == dofs && base_fits,
+                trial.coordinates.len() == dofs
+                    && trial.from.len() == dofs
+                    && [0, dofs].contains(&trial.unbalanced.len())
+                    && base_fits,
                 "the pending wave",
             ),
             (best_fits, "the best iterate"),
@@ -221,10 +230,25 @@ impl<const D: usize> StepSolver<D> {
         self.next()
     }
 
-    /// Some points of the pending wave could not be evaluated: the attempt has failed.
+    /// Some points of the pending wave could not be evaluated. A correction that led there is halved and asked for again;
+    /// where halving does not help, or for the predictor, which prescribed displacements do not let shrink, the attempt
+    /// has failed.
     pub fn advance_failed(&mut self, points: Vec<(GaussPointId, String)>) -> Request<D> {
+        /// Halvings of a correction before giving up: to a sixteenth.
+        const HALVINGS: u32 = 4;
+
         if self.state.status == Status::Evaluating {
-            self.fail(FailureReason::PointsFailed { points });
+            let trial = &mut self.state.trial;
+            if self.state.sweeps.is_empty() || trial.halvings == HALVINGS {
+                self.fail(FailureReason::PointsFailed { points });
+            } else {
+                trial.halvings += 1;
+                trial.wave += 1;
+                trial.correction *= 0.5;
+                for (x, from) in trial.coordinates.iter_mut().zip(&trial.from) {
+                    *x = from + 0.5 * (*x - from);
+                }
+            }
         }
         self.next()
     }
@@ -263,12 +287,14 @@ impl<const D: usize> StepSolver<D> {
         let balance = self.balance(&iterate)?;
         let ratio = balance.ratio();
         iterate.residual = ratio;
+        iterate.released = trial.released + self.released(&balance.vector);
         self.state.sweeps.push(SweepReport {
             wave: trial.wave,
             phase,
             residual: ratio,
             correction: trial.correction,
             rebased: iterate.rebased.iter().filter(|&&rebased| rebased).count(),
+            provisional: iterate.provisional.len(),
             safeguarded: trial.safeguarded,
             linear_residual: trial.linear_residual,
             mismatch: balance.mismatch,
@@ -285,7 +311,7 @@ impl<const D: usize> StepSolver<D> {
             || balance
                 .mismatch
                 .is_none_or(|mismatch| mismatch <= tolerance);
-        let small = ratio <= tolerance && tied;
+        let small = ratio <= tolerance && tied && iterate.provisional.is_empty();
         if small && size == Size::Negligible {
             return self.converge(iterate, &balance, Acceptance::Tolerance);
         }
@@ -293,9 +319,18 @@ impl<const D: usize> StepSolver<D> {
             .state
             .best
             .as_ref()
-            .is_none_or(|best| ratio < best.residual)
+            .is_none_or(|best| iterate.is_better_than(best))
         {
             self.state.best = Some(iterate.clone());
+        }
+        if phase == Phase::Relaxation
+            && let Strategy::TwoPhase(settings) = self.state.settings.strategy
+            && let Some(before) = self.state.previous_residual
+        {
+            let trend = ratio / before;
+            self.state.viscosity = settings
+                .relaxation
+                .next_viscosity(self.state.viscosity, trend);
         }
         let Some(plan) = self.state.plan(phase, ratio) else {
             return self.give_up();
@@ -319,15 +354,44 @@ impl<const D: usize> StepSolver<D> {
             self.state.restored = Some(from.wave);
         }
         self.state.previous_residual = Some(from.residual);
+        let unbalanced = match plan.phase {
+            Phase::Pure => Vec::new(),
+            Phase::Path | Phase::Relaxation if from.wave == iterate.wave => balance.vector,
+            Phase::Path | Phase::Relaxation => self.balance(&from)?.vector,
+        };
         let trial = &mut self.state.trial;
         trial.wave += 1;
+        trial.halvings = 0;
         trial.phase = plan.phase;
+        trial.from = from.coordinates.clone();
+        trial.released = match plan.phase {
+            Phase::Pure => 0.0,
+            Phase::Path | Phase::Relaxation => from.released,
+        };
+        trial.unbalanced = unbalanced;
         (trial.base, trial.start, trial.base_coordinates) = match plan.phase {
             Phase::Pure => (Base::Committed, Some(from.wave), Vec::new()),
-            Phase::Path | Phase::PathElastic => (Base::Wave(from.wave), None, from.coordinates),
+            Phase::Path | Phase::Relaxation => (Base::Wave(from.wave), None, from.coordinates),
         };
         self.adopt(correction);
         Ok(())
+    }
+
+    /// ½(R_k + R_{k+1})·(x_k − x_{k+1}), k being the base of the pending wave and R_{k+1} the forces out of balance with
+    /// its answers; nothing from the committed state, as a pure sweep is no motion of the body.
+    fn released(&self, balance: &[f64]) -> f64 {
+        let trial = &self.state.trial;
+        let free = |dof: &usize| {
+            self.problem.constraints().equation[*dof].is_some()
+                && self.problem.layout().field(*dof) != Field::Multiplier
+        };
+        let forces = trial.unbalanced.iter().zip(balance);
+        let moved = trial.from.iter().zip(&trial.coordinates);
+        let terms = (0..).zip(forces.zip(moved));
+        terms
+            .filter(|(dof, _)| free(dof))
+            .map(|(_, ((before, after), (from, to)))| 0.5 * (before + after) * (from - to))
+            .sum()
     }
 
     fn check(&self, responses: &[ConstitutiveResponse<D>]) -> Result<(), FailureReason> {
@@ -371,6 +435,13 @@ impl<const D: usize> StepSolver<D> {
         let Some(best) = self.state.best.clone() else {
             return Err(not_converged(f64::INFINITY));
         };
+        if !best.provisional.is_empty() {
+            return Err(FailureReason::Provisional {
+                sweeps,
+                residual: best.residual,
+                points: best.provisional,
+            });
+        }
         match settings.strategy {
             Strategy::TwoPhase(two_phase) if best.residual <= two_phase.loose_tolerance => {
                 let balance = self.balance(&best)?;
@@ -402,12 +473,30 @@ impl<const D: usize> StepSolver<D> {
         mean <= self.state.settings.displacement_floor * self.problem.mesh().diameter()
     }
 
+    /// ∫σ:dε from the committed state to `iterate`: ½(f_n + f_{n+1})·(x_{n+1} − x_n), f being the forces of the stresses.
+    fn work(&self, iterate: &Iterate) -> Result<f64, FailureReason> {
+        let forces = |positions: &[f64], stress: &[f64]| {
+            internal_forces(&self.problem, positions, |_, index| {
+                tensor::load2::<D>(stress, index)
+            })
+        };
+        let committed = &self.state.committed;
+        let (before, _) = forces(&committed.coordinates, &committed.stress)?;
+        let (after, _) = forces(&iterate.coordinates, &iterate.stress)?;
+        let moved = iterate.coordinates.iter().zip(&committed.coordinates);
+        let pairs = before.iter().zip(&after).zip(moved);
+        Ok(pairs
+            .map(|((f, g), (x, from))| 0.5 * (f + g) * (x - from))
+            .sum())
+    }
+
     fn converge(
         &mut self,
         iterate: Iterate,
         balance: &Residual,
         accepted: Acceptance,
     ) -> Result<(), FailureReason> {
+        let work = self.work(&iterate)?;
         let second_gradient = match &self.state.committed.second_gradient {
             None => None,
             Some(before) => {
@@ -434,6 +523,8 @@ impl<const D: usize> StepSolver<D> {
             wave: iterate.wave,
             accepted,
             residual: iterate.residual,
+            work,
+            released: iterate.released,
             sweeps: self.state.sweeps.clone(),
         };
         self.state.status = Status::Converged(Box::new(outcome));

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{MacroState, Phase, StepFailure, StepOutcome, StepSettings, SweepReport};
 use crate::assembly::Configuration;
-use crate::constitutive::{Base, ConstitutiveResponse, Smoothness};
+use crate::constitutive::{Base, ConstitutiveResponse, GaussPointId, Smoothness};
 use crate::tensor;
 
 /// An evaluated iterate: positions (with second gradient, all unknowns in the order of the problem's
@@ -17,8 +17,12 @@ pub(super) struct Iterate {
     pub tangents: Vec<f64>,
     pub elastic_tangents: Vec<f64>,
     pub rebased: Vec<bool>,
+    /// Points without a lasting equilibrium, ascending.
+    pub provisional: Vec<GaussPointId>,
     /// Force residual ratio.
     pub residual: f64,
+    /// Work of the unbalanced forces from end state to end state on the way here.
+    pub released: f64,
 }
 
 impl Iterate {
@@ -35,9 +39,25 @@ impl Iterate {
             elastic_tangents: tensor::flatten4(responses.iter().map(|r| &r.elastic_tangent)),
             rebased: responses
                 .iter()
-                .map(|r| r.smooth == Smoothness::Rebased)
+                .map(|r| r.smooth != Smoothness::Smooth)
+                .collect(),
+            provisional: (0..)
+                .map(GaussPointId)
+                .zip(responses)
+                .filter(|(_, response)| response.smooth == Smoothness::Provisional)
+                .map(|(point, _)| point)
                 .collect(),
             residual: f64::INFINITY,
+            released: 0.0,
+        }
+    }
+
+    /// Whether this one is nearer to an end than `other`: a state that lasts is, whatever its residual.
+    pub fn is_better_than(&self, other: &Self) -> bool {
+        match (self.provisional.is_empty(), other.provisional.is_empty()) {
+            (true, false) => true,
+            (false, true) => false,
+            _ => self.residual < other.residual,
         }
     }
 
@@ -74,6 +94,13 @@ pub(super) struct Trial {
     pub coordinates: Vec<f64>,
     /// The same of the base; empty for the committed ones.
     pub base_coordinates: Vec<f64>,
+    /// Positions, or all unknowns, that the correction left.
+    pub from: Vec<f64>,
+    /// Forces out of balance at the base, and the work they had done to get there; empty for the committed base.
+    pub unbalanced: Vec<f64>,
+    pub released: f64,
+    /// Halvings of the correction for points that could not follow it.
+    pub halvings: u32,
     /// ‖du‖/‖Δu‖ of the correction that led here.
     pub correction: f64,
     pub size: Size,
@@ -100,6 +127,8 @@ pub struct StepState<const D: usize> {
     /// Best iterate that was restored last, so that no iterate is restored twice.
     pub(super) restored: Option<u32>,
     pub(super) previous_residual: Option<f64>,
+    /// Viscosity of the overdamped motion.
+    pub(super) viscosity: f64,
     pub(super) predictor_tangents: Vec<f64>,
     pub(super) sweeps: Vec<SweepReport>,
     pub(super) status: Status<D>,

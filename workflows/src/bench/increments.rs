@@ -116,7 +116,7 @@ impl Increments {
                     match answer.report.method {
                         Method::ReturnMapping => {}
                         Method::Rebased => tally.rebased += 1,
-                        Method::Path => tally.by_path += 1,
+                        Method::Path | Method::Unsettled => tally.by_path += 1,
                     }
                     rev.state = answer.state;
                 }

@@ -38,6 +38,8 @@ struct WaveHeader {
 pub struct TaskPolicy {
     /// How the REVs are solved.
     pub settings: solver_dem::Settings,
+    /// Whether a load step may end with REVs that have lost all their contacts.
+    pub voids: solver_dem::LossOfConfinement,
     /// How often a task is tried.
     pub retry: RetryPolicy,
     /// How long it may take.
@@ -71,6 +73,8 @@ pub struct Attempt {
     answers: Vec<Option<PointAnswer>>,
     /// Points without an answer, and why.
     pub failed: Vec<(GaussPointId, String)>,
+    /// Points whose last answer a step may not end with, and why.
+    pub lacking: Vec<(GaussPointId, String)>,
     /// Elements by task.
     pub tasks: BTreeMap<NodeId, u32>,
     /// Elements of the wave, and those done.
@@ -111,6 +115,7 @@ impl Attempt {
             ends: BTreeMap::new(),
             answers: Vec::new(),
             failed: Vec::new(),
+            lacking: Vec::new(),
             tasks: BTreeMap::new(),
             elements: 0,
             done: 0,
@@ -246,6 +251,31 @@ impl Attempt {
             answers.iter().map(|a| Arc::clone(&a.end)).collect(),
         );
         Some(answers)
+    }
+
+    /// Why a load step may not end with these answers of the wave that is out, point by point.
+    pub fn lacks(
+        &self,
+        answers: &[PointAnswer],
+        committed: Committed<'_>,
+        policy: &TaskPolicy,
+    ) -> Vec<(GaussPointId, String)> {
+        let lack = |answer: &PointAnswer| {
+            let place = answer.point.index();
+            let base = match self.wave.base {
+                Base::Committed => committed.points.get(place)?,
+                Base::Wave(k) => &self.ends.get(&k)?.get(place)?.state,
+            };
+            let contacts = match &**base {
+                PointState::Rev(rev) => rev.state.contacts.len(),
+                PointState::Elastic { .. } => 0,
+            };
+            let (_, gradient) = self.wave.points.get(place)?;
+            let tolerance = policy.settings.tolerance;
+            let why = answer.lack(policy.voids, contacts, gradient, tolerance)?;
+            Some((answer.point, why.to_string()))
+        };
+        answers.iter().filter_map(lack).collect()
     }
 
     /// Drops what no later wave needs.

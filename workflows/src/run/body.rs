@@ -8,7 +8,9 @@ use std::{
 use engine::{Cause, Finished, GraphHandle, NodeId, TaskOutcome, thread_cpu_time};
 use solver_fem::{
     ConstitutiveResponse, GaussPointId,
-    newton::{MacroState, Request, StepFailure, StepOutcome, StepSettings, StepSolver},
+    newton::{
+        FailureReason, MacroState, Request, StepFailure, StepOutcome, StepSettings, StepSolver,
+    },
 };
 use store::{Digest, Frame, FrameId, Role, Seal, StepIndex};
 
@@ -19,13 +21,13 @@ use super::{
     error::RunError,
     failed_task::{self, Meaning},
     frames::{self, COST, MACRO, POINT, PROGRESS},
-    model::Model,
+    model::{self, Model},
     point::PointState,
     schedule::{Interval, Schedule},
     summary::StepSummary,
     work::{Done, Job, JobError},
 };
-use crate::progress::CommittedStep;
+use crate::{input::SolverSettings, progress::CommittedStep};
 
 /// A body on its way through the load programme.
 pub struct BodySteps {
@@ -212,9 +214,14 @@ impl BodySteps {
                 // Cancelled: what is missing stays missing until the run is resumed.
                 return Ok(());
             };
+            let committed = Committed {
+                digest: self.digest,
+                points: &self.points,
+            };
+            attempt.lacking = attempt.lacks(&answers, committed, &self.policy);
             let responses: Vec<ConstitutiveResponse<2>> = answers
                 .iter()
-                .map(super::point::PointAnswer::response)
+                .map(|answer| answer.response(self.policy.voids))
                 .collect();
             let request = attempt.solver.advance(&responses);
             if let Some(sweep) = attempt.solver.sweeps().last() {
@@ -278,17 +285,20 @@ impl BodySteps {
         core: &mut Core<'_>,
         graph: &mut GraphHandle<Job>,
     ) -> Result<(), RunError> {
+        let mut reason = failure.to_string();
         if let Some(attempt) = self.attempt.take() {
+            if let Some((point, why)) = attempt.lacking.first()
+                && matches!(failure.reason, FailureReason::Provisional { .. })
+            {
+                let (element, local) = self.model.problem.locate(*point);
+                reason = format!("{reason}; e{element}.{local}: {why}");
+            }
             attempt.journal.abandon()?;
         }
         let step = self.step + 1;
         match self.schedule.cut() {
             Ok(()) => {
-                core.step_cut(
-                    step,
-                    self.schedule.place.control.factor(),
-                    &failure.to_string(),
-                );
+                core.step_cut(step, self.schedule.place.control.factor(), &reason);
                 self.begin(core, graph)
             }
             Err(too_small) => {
@@ -297,7 +307,7 @@ impl BodySteps {
                     .as_ref()
                     .map_or("", |interval| interval.stage.as_str());
                 core.ending = Some(Ending::Failed(format!(
-                    "load step {step} (stage `{stage}`) cannot be solved: {failure}; {too_small}"
+                    "load step {step} (stage `{stage}`) cannot be solved: {reason}; {too_small}"
                 )));
                 Ok(())
             }
@@ -324,6 +334,9 @@ impl BodySteps {
             loads: interval.to,
             sweeps: outcome.sweeps.clone(),
             cuts,
+            work: outcome.work,
+            released: outcome.released,
+            voids: points.iter().filter(|point| point.is_void()).count() as u32,
             wall_s: self.begun.elapsed().as_secs_f64(),
             ..std::mem::take(&mut self.summary)
         };
@@ -374,12 +387,14 @@ fn cpu_since(begun: Duration) -> f64 {
     thread_cpu_time().saturating_sub(begun).as_secs_f64()
 }
 
-/// One attempt more than the retries asked for, and no limit below a second.
-pub fn policy(settings: solver_dem::Settings, retries: u32, limit_s: f64) -> TaskPolicy {
-    let attempts = std::num::NonZeroU32::MIN.saturating_add(retries);
+/// How the tasks of a problem are run, REVs solved as `settings` say: one attempt more than the retries asked for, and no limit below a second.
+pub fn policy(solver: &SolverSettings, settings: solver_dem::Settings) -> TaskPolicy {
+    let attempts = std::num::NonZeroU32::MIN.saturating_add(solver.task_retries);
+    let limit = solver.task_time_limit.max(1.0);
     TaskPolicy {
         settings,
+        voids: model::voids(solver),
         retry: engine::RetryPolicy::attempts(attempts),
-        time_limit: Duration::try_from_secs_f64(limit_s.max(1.0)).unwrap_or(Duration::MAX),
+        time_limit: Duration::try_from_secs_f64(limit).unwrap_or(Duration::MAX),
     }
 }

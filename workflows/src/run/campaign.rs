@@ -46,13 +46,14 @@ enum Phase {
 impl<'a> Campaign<'a> {
     /// A session of a run of `problem`.
     pub fn new(core: Core<'a>, problem: &'a Problem) -> Self {
-        let solver = &problem.solver;
-        let settings = model::rev_settings(solver);
-        let policy = super::body::policy(settings, solver.task_retries, solver.task_time_limit);
+        let iterates = match &problem.model {
+            InputModel::Body(_) => model::iterate_settings(&problem.solver),
+            InputModel::ElementTest(_) => model::rev_settings(&problem.solver),
+        };
         Self {
             core,
             problem,
-            policy,
+            policy: super::body::policy(&problem.solver, iterates),
             phase: Phase::Start,
         }
     }

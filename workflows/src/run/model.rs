@@ -6,7 +6,7 @@ use solver_fem::{
     boundary::{Condition, Target, Value},
     linear_solver::Method,
     mesh::{Annulus, AnnulusExtent, Mesh, Rectangle},
-    newton::{StepSettings, Strategy, TwoPhase},
+    newton::{Relaxation, StepSettings, Strategy, TwoPhase},
     problem::Problem,
     step_control::StepControlSettings,
 };
@@ -152,7 +152,10 @@ pub fn step_settings(solver: &SolverSettings, materials: &[Material]) -> StepSet
     let strategy = if grains {
         Strategy::TwoPhase(TwoPhase {
             sweeps: solver.iterations as usize,
-            elastic_sweeps: solver.elastic_iterations as usize,
+            relaxation: Relaxation {
+                sweeps: solver.relaxation_iterations as usize,
+                ..Relaxation::default()
+            },
             loose_tolerance: solver.loosest_force_tolerance,
             ..TwoPhase::default()
         })
@@ -176,6 +179,21 @@ pub fn step_control(solver: &SolverSettings) -> StepControlSettings {
         growth: solver.step_growth,
         ..StepControlSettings::default()
     }
+}
+
+/// How a REV is solved in the iterations of a body: it answers also where it gives way or does not come to rest, so that the
+/// body can go on to where it does. What a step may end with is another matter, see [`voids`].
+pub fn iterate_settings(solver: &SolverSettings) -> solver_dem::Settings {
+    solver_dem::Settings {
+        loss_of_confinement: solver_dem::LossOfConfinement::Allow,
+        unsettled: solver_dem::Unsettled::Answer,
+        ..rev_settings(solver)
+    }
+}
+
+/// Whether a load step may end with REVs that have lost all their contacts.
+pub fn voids(solver: &SolverSettings) -> solver_dem::LossOfConfinement {
+    rev_settings(solver).loss_of_confinement
 }
 
 /// How a REV is solved.

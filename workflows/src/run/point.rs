@@ -3,7 +3,10 @@
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
-use solver_dem::{Report, Rev, RevState, Start, Started, Trust, respond};
+use solver_dem::{
+    EquilibriumError, LossOfConfinement, Method, Report, Rev, RevState, Start, Started, Trust,
+    respond,
+};
 use solver_fem::{
     ConstitutiveResponse, GaussPointId, Smoothness, Tensor2, Tensor4, elastic::Elastic,
 };
@@ -24,6 +27,13 @@ pub enum PointState {
         /// Its stress.
         stress: Tensor2<2>,
     },
+}
+
+impl PointState {
+    /// Whether it is grains of which none touches another.
+    pub fn is_void(&self) -> bool {
+        matches!(self, PointState::Rev(rev) if rev.state.contacts.is_empty())
+    }
 }
 
 /// Where an earlier wave left a point: the start of a pure sweep, or the base of a path sweep.
@@ -161,13 +171,45 @@ pub fn with_state(rev: &PlaneRev, state: RevState<2, 1>) -> PlaneRev {
 }
 
 impl PointAnswer {
+    /// Why a load step may not end with this answer, where it may not; `contacts` and `gradient` are those of the base and
+    /// from the base.
+    pub fn lack(
+        &self,
+        voids: LossOfConfinement,
+        contacts: usize,
+        gradient: &Tensor2<2>,
+        tolerance: f64,
+    ) -> Option<EquilibriumError> {
+        let report = self.report.as_ref()?;
+        match (report.method, report.contacts, voids) {
+            (Method::Unsettled, ..) => Some(EquilibriumError::NotReached {
+                cycles: report.cycles,
+                residual: report.residual,
+                tolerance,
+                drift: report.drift,
+                stress_error: report.stress_error,
+            }),
+            (_, 0, LossOfConfinement::Fail) => Some(EquilibriumError::ConfinementLost {
+                volume_change: solver_dem::tensor::invert(gradient).0,
+                contacts,
+                cycles: report.cycles,
+            }),
+            _ => None,
+        }
+    }
+
     /// The answer in the form the macro solver takes.
-    pub fn response(&self) -> ConstitutiveResponse<2> {
+    pub fn response(&self, voids: LossOfConfinement) -> ConstitutiveResponse<2> {
         let smooth = match &self.report {
-            Some(report) if report.method != solver_dem::Method::ReturnMapping => {
-                Smoothness::Rebased
+            Some(report) if report.contacts == 0 && voids == LossOfConfinement::Fail => {
+                Smoothness::Provisional
             }
-            _ => Smoothness::Smooth,
+            Some(report) => match report.method {
+                Method::ReturnMapping => Smoothness::Smooth,
+                Method::Rebased | Method::Path => Smoothness::Rebased,
+                Method::Unsettled => Smoothness::Provisional,
+            },
+            None => Smoothness::Smooth,
         };
         ConstitutiveResponse {
             stress: self.stress,

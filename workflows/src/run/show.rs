@@ -402,6 +402,7 @@ fn steps(run: &RunView) -> String {
             Some(what) => format!("damaged: {what}"),
             None if step.record.health == store::StepHealth::Pruned => "pruned".to_owned(),
             None if summary.loosely_accepted => "loose".to_owned(),
+            None if summary.voids > 0 => text::count(summary.voids as usize, "void"),
             None => String::new(),
         };
         let nonzero = |count: u64, text: String| if count == 0 { String::new() } else { text };
@@ -438,18 +439,23 @@ fn steps(run: &RunView) -> String {
     text
 }
 
+/// Work done on a body, and what part of it its instabilities set free again.
+pub fn energy(work: f64, released: f64) -> String {
+    if work == 0.0 {
+        return String::new();
+    }
+    format!(
+        "  energy     {work:.4e} put into the body, {released:.2e} ({:.2} %) set free between equilibria\n",
+        100.0 * released / work.abs()
+    )
+}
+
 /// Where the time went.
 fn costs(run: &RunView) -> String {
     let mut revs = RevFigures::default();
     let (mut tasks, mut director) = (0.0, 0.0);
     for step in &run.steps {
-        let figures = &step.summary.revs;
-        revs.solves += figures.solves;
-        revs.cycles += figures.cycles;
-        revs.rebased += figures.rebased;
-        revs.path += figures.path;
-        revs.affine_tangents += figures.affine_tangents;
-        revs.worst_residual = revs.worst_residual.max(figures.worst_residual);
+        revs = revs.plus(&step.summary.revs);
         tasks += step.summary.cpu_s;
         director += step.summary.director_s;
     }
@@ -469,6 +475,7 @@ fn costs(run: &RunView) -> String {
             revs.path,
             revs.affine_tangents,
         ));
+        text.push_str(&show_step::without_equilibrium(&revs));
     }
     text.push_str(&format!(
         "  time       {} in tasks, {} ({:.1} %) in assembly, linear solves and store\n",
@@ -476,5 +483,8 @@ fn costs(run: &RunView) -> String {
         text::duration(director),
         100.0 * director / (tasks + director)
     ));
+    let work: f64 = run.steps.iter().map(|step| step.summary.work).sum();
+    let released: f64 = run.steps.iter().map(|step| step.summary.released).sum();
+    text.push_str(&energy(work, released));
     text
 }

@@ -13,6 +13,7 @@ use super::{
     list,
     model::Model,
     show::StepLine,
+    summary::RevFigures,
     text::{self, Align, Table},
     view::{RunView, StepView, View},
 };
@@ -139,12 +140,29 @@ fn heading(run: &RunView, step: &StepView) -> String {
         revs.path,
         revs.affine_tangents
     );
+    out.push_str(&without_equilibrium(revs));
+    if summary.voids > 0 {
+        let voids = text::count(summary.voids as usize, "Gauss point");
+        let _ = writeln!(out, "  voids      {voids} whose grains do not touch");
+    }
+    out.push_str(&super::show::energy(summary.work, summary.released));
     let _ = writeln!(
         out,
         "  time       {:.2} CPU s in tasks, {:.2} s beside them, {:.2} s by the clock",
         summary.cpu_s, summary.director_s, summary.wall_s
     );
     out
+}
+
+/// What REVs did in iterations that no step may end with.
+pub fn without_equilibrium(revs: &RevFigures) -> String {
+    if revs.unsettled + revs.gave_way == 0 {
+        return String::new();
+    }
+    format!(
+        "             on the way {} did not come to rest, {} lost all contacts\n",
+        revs.unsettled, revs.gave_way
+    )
 }
 
 fn sweep_table(step: &StepView) -> String {
@@ -158,6 +176,7 @@ fn sweep_table(step: &StepView) -> String {
         ("residual", Right),
         ("correction", Right),
         ("re-based", Right),
+        ("provisional", Right),
         ("safeguarded", Right),
         ("linear residual", Right),
     ]);
@@ -168,6 +187,7 @@ fn sweep_table(step: &StepView) -> String {
             format!("{:.2e}", sweep.residual),
             format!("{:.2e}", sweep.correction),
             sweep.rebased.to_string(),
+            sweep.provisional.to_string(),
             sweep.safeguarded.to_string(),
             format!("{:.1e}", sweep.linear_residual),
         ]);

@@ -32,6 +32,15 @@ pub struct StepSummary {
     /// CPU seconds outside the tasks: assembly, linear solves, journal, and the commit of the step before, as no step
     /// can say what its own cost.
     pub director_s: f64,
+    /// Work of the stresses on the strains of the step, over the body.
+    #[serde(default)]
+    pub work: f64,
+    /// Work of the unbalanced forces of its iterations: what instabilities set free.
+    #[serde(default)]
+    pub released: f64,
+    /// Gauss points whose grains do not touch at its end.
+    #[serde(default)]
+    pub voids: u32,
 }
 
 impl StepSummary {
@@ -55,6 +64,12 @@ pub struct RevFigures {
     pub path: u64,
     /// Solves whose tangent is the affine one, for want of a regular network.
     pub affine_tangents: u64,
+    /// Solves that found no equilibrium, in iterations that went on from what they came to.
+    #[serde(default)]
+    pub unsettled: u64,
+    /// Solves that ended without any contact.
+    #[serde(default)]
+    pub gave_way: u64,
     /// The largest residual that was accepted as equilibrium.
     pub worst_residual: f64,
 }
@@ -68,8 +83,28 @@ impl RevFigures {
             Method::ReturnMapping => {}
             Method::Rebased => self.rebased += 1,
             Method::Path => self.path += 1,
+            Method::Unsettled => {}
         }
         self.affine_tangents += u64::from(report.affine_tangent);
-        self.worst_residual = self.worst_residual.max(report.residual);
+        if report.method == Method::Unsettled {
+            self.unsettled += 1;
+        } else {
+            self.worst_residual = self.worst_residual.max(report.residual);
+        }
+        self.gave_way += u64::from(report.contacts == 0);
+    }
+
+    /// Both together.
+    pub fn plus(self, other: &Self) -> Self {
+        Self {
+            solves: self.solves + other.solves,
+            cycles: self.cycles + other.cycles,
+            rebased: self.rebased + other.rebased,
+            path: self.path + other.path,
+            unsettled: self.unsettled + other.unsettled,
+            gave_way: self.gave_way + other.gave_way,
+            affine_tangents: self.affine_tangents + other.affine_tangents,
+            worst_residual: self.worst_residual.max(other.worst_residual),
+        }
     }
 }

@@ -16,12 +16,14 @@ pub struct SolverSettings {
     /// Unbalanced force up to which a step that gets no further is accepted, visibly reported.
     #[schemars(extend("exclusiveMinimum" = 0.0), range(max = 1.0))]
     pub loosest_force_tolerance: f64,
-    /// Newton iterations before the tangents are replaced by elastic ones.
+    /// Newton iterations before the body is let move, overdamped, towards the next equilibrium.
     #[schemars(range(min = 1, max = 1000))]
     pub iterations: u32,
-    /// Further Newton iterations with elastic tangents before the step is cut.
-    #[schemars(range(min = 0, max = 1000))]
-    pub elastic_iterations: u32,
+    /// Iterations of that motion before the step is cut; 0: none. It is what leads through a peak or a collapse, where no
+    /// equilibrium is near; at its end nothing viscous is left.
+    #[serde(alias = "elastic_iterations")]
+    #[schemars(range(min = 0, max = 10_000))]
+    pub relaxation_iterations: u32,
     /// Smallest part of an increment of the programme that is tried before the run gives up.
     #[schemars(extend("exclusiveMinimum" = 0.0), range(max = 1.0))]
     pub smallest_step: f64,
@@ -52,7 +54,7 @@ impl Default for SolverSettings {
             displacement_tolerance: 1e-2,
             loosest_force_tolerance: 1e-2,
             iterations: 12,
-            elastic_iterations: 16,
+            relaxation_iterations: 150,
             smallest_step: 1.0 / 64.0,
             step_growth: 1.25,
             linear_solver: LinearSolver::Multifrontal,
