@@ -1,6 +1,7 @@
 //! The boundaries and nodes that a structured mesh names, known before the mesh is built.
 
-use super::document::{Annulus, Mesh, Sector};
+use super::document::{Annulus, Element, Rectangle, Sector};
+use super::mesh::Mesh;
 
 /// A named boundary or node.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,7 +29,7 @@ pub enum PlaceKind {
 /// All places of a mesh.
 pub fn places(mesh: &Mesh) -> Vec<Place> {
     match mesh {
-        Mesh::Rectangle(rectangle) => of_rectangle(rectangle.size),
+        Mesh::Rectangle(rectangle) => of_rectangle(rectangle),
         Mesh::Annulus(annulus) => of_annulus(annulus),
     }
 }
@@ -41,22 +42,33 @@ fn place(name: impl Into<String>, kind: PlaceKind, points: impl Into<Vec<[f64; 2
     }
 }
 
-fn of_rectangle([w, h]: [f64; 2]) -> Vec<Place> {
+fn of_rectangle(rectangle: &Rectangle) -> Vec<Place> {
     use PlaceKind::{Node, Straight};
+    let [w, h] = rectangle.size;
+    // In the middle of a side of Q4 there is a node for an even number of elements only.
+    let [mid_x, mid_y] = rectangle
+        .elements
+        .map(|n| rectangle.element != Element::Q4 || n.is_multiple_of(2));
     let (left_mid, right_mid) = ([0.0, 0.5 * h], [w, 0.5 * h]);
     let (bottom_mid, top_mid) = ([0.5 * w, 0.0], [0.5 * w, h]);
     let (bottom_left, bottom_right, top_left, top_right) = ([0.0, 0.0], [w, 0.0], [0.0, h], [w, h]);
-    vec![
-        place("left", Straight(0), [bottom_left, left_mid, top_left]),
-        place("right", Straight(0), [bottom_right, right_mid, top_right]),
-        place(
-            "bottom",
-            Straight(1),
-            [bottom_left, bottom_mid, bottom_right],
-        ),
-        place("top", Straight(1), [top_left, top_mid, top_right]),
-        place("bottom_mid", Node, [bottom_mid]),
-        place("top_mid", Node, [top_mid]),
+    let side = |name: &str, normal: usize, ends: [[f64; 2]; 2], mid: [f64; 2]| {
+        let has_mid = if normal == 0 { mid_y } else { mid_x };
+        let mid = has_mid.then_some(mid);
+        let points: Vec<_> = [ends[0]].into_iter().chain(mid).chain([ends[1]]).collect();
+        place(name, Straight(normal), points)
+    };
+    let mut places = vec![
+        side("left", 0, [bottom_left, top_left], left_mid),
+        side("right", 0, [bottom_right, top_right], right_mid),
+        side("bottom", 1, [bottom_left, bottom_right], bottom_mid),
+        side("top", 1, [top_left, top_right], top_mid),
+    ];
+    if mid_x {
+        places.push(place("bottom_mid", Node, [bottom_mid]));
+        places.push(place("top_mid", Node, [top_mid]));
+    }
+    places.extend([
         place("bottom_left", Node, [bottom_left]),
         place("bottom_right", Node, [bottom_right]),
         place("top_left", Node, [top_left]),
@@ -66,19 +78,23 @@ fn of_rectangle([w, h]: [f64; 2]) -> Vec<Place> {
             Node,
             [bottom_left, bottom_right, top_right, top_left],
         ),
-    ]
+    ]);
+    places
 }
 
 fn of_annulus(ring: &Annulus) -> Vec<Place> {
     use PlaceKind::{Curved, Node, Straight};
     let (a, b) = (ring.inner_radius, ring.outer_radius);
     let [east, north, west, south] = [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]];
+    // Along the circumference a quadratic element has a node in its middle, too.
+    let nodes = ring.elements[0] * if ring.element == Element::Q4 { 1 } else { 2 };
     let directions = match ring.sector {
         Sector::Quarter => vec![east, north],
-        Sector::Half => vec![east, north, west],
-        Sector::Full if ring.elements[0].is_multiple_of(2) => vec![east, north, west, south],
-        // A full ring of n elements has nodes at the angles k·π/n, which reach π/2 for even n only.
-        Sector::Full => vec![east, west],
+        Sector::Half if nodes.is_multiple_of(2) => vec![east, north, west],
+        Sector::Half => vec![east, west],
+        Sector::Full if nodes.is_multiple_of(4) => vec![east, north, west, south],
+        Sector::Full if nodes.is_multiple_of(2) => vec![east, west],
+        Sector::Full => vec![east],
     };
     let at = |radius: f64, [x, y]: [f64; 2]| [radius * x, radius * y];
     let on = |radius: f64| {
@@ -104,11 +120,13 @@ fn of_annulus(ring: &Annulus) -> Vec<Place> {
                 [at(a, east), at(b, east), at(a, west), at(b, west)],
             ));
         }
-        Sector::Full => places.push(place(
-            "axis_x",
-            Node,
-            [at(a, east), at(b, east), at(a, west), at(b, west)],
-        )),
+        Sector::Full => {
+            let ends = directions
+                .iter()
+                .filter(|&&direction| direction == east || direction == west);
+            let points: Vec<_> = ends.flat_map(|&end| [at(a, end), at(b, end)]).collect();
+            places.push(place("axis_x", Node, points));
+        }
     }
     // The cut of a quarter holds these nodes already.
     if ring.sector != Sector::Quarter && directions.contains(&north) {

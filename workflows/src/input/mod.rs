@@ -11,6 +11,7 @@ mod check;
 pub mod derive;
 mod document;
 mod error;
+pub mod mesh;
 mod path;
 pub mod problem;
 pub mod programme;
@@ -23,10 +24,11 @@ mod tree;
 use std::path::Path as FilePath;
 
 pub use document::{
-    Annulus, Box2, Field, LinearSolver, LossOfConfinement, Mesh, OutputSettings, Packings,
+    Annulus, Box2, Element, Field, LinearSolver, LossOfConfinement, OutputSettings, Packings,
     Rectangle, Sector, SolverSettings,
 };
 pub use error::{InputError, InputErrors, Span};
+pub use mesh::Mesh;
 pub use problem::Problem;
 pub use programme::{Programme, Step};
 pub use schema::published as schema;

@@ -5,7 +5,8 @@
 use serde::{Deserialize, Deserializer, Serialize};
 use solver_dem::{AnisotropicStress, Sizes, Target};
 
-use super::document::{Box2, Mesh, OutputSettings, Packings, SolverSettings};
+use super::document::{Box2, OutputSettings, Packings, SolverSettings};
+use super::mesh::Mesh;
 use super::programme::Programme;
 use crate::address::RunName;
 

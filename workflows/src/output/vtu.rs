@@ -15,6 +15,10 @@ pub use super::vtk::{Array, Values};
 pub enum CellKind {
     /// Eight nodes: corners counter-clockwise, then the middles of the sides 01, 12, 23, 30.
     QuadraticQuad,
+    /// Four corners, counter-clockwise.
+    Quad,
+    /// Six nodes: corners counter-clockwise, then the middles of the sides 01, 12, 20.
+    QuadraticTriangle,
     /// A single point, so that values known at points only are drawn without a filter.
     Vertex,
 }
@@ -24,6 +28,8 @@ impl CellKind {
     pub fn node_count(self) -> usize {
         match self {
             Self::QuadraticQuad => 8,
+            Self::Quad => 4,
+            Self::QuadraticTriangle => 6,
             Self::Vertex => 1,
         }
     }
@@ -31,6 +37,8 @@ impl CellKind {
     fn vtk_number(self) -> u8 {
         match self {
             Self::QuadraticQuad => 23,
+            Self::Quad => 9,
+            Self::QuadraticTriangle => 22,
             Self::Vertex => 1,
         }
     }

@@ -127,10 +127,7 @@ fn size(problem: &Problem) -> Size {
     };
     let (points, material) = match &problem.model {
         Model::ElementTest(test) => (1.0, test.material),
-        Model::Body(body) => (
-            (body.mesh.element_count() * super::show::POINTS_PER_ELEMENT) as f64,
-            body.material,
-        ),
+        Model::Body(body) => (body.mesh.point_count() as f64, body.material),
     };
     let each = problem.materials.get(material).map_or(1.0, grains);
     Size {

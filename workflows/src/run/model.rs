@@ -13,9 +13,10 @@ use solver_fem::{
 
 use super::error::RunError;
 use crate::input::{
-    self, Sector, SolverSettings,
+    self, Element, Sector, SolverSettings,
     problem::{Amount, Body, ConditionKind, Law, Material, Selection},
 };
+use crate::output::vtu::CellKind;
 
 /// A body ready for the macro solver.
 pub struct Model {
@@ -23,6 +24,8 @@ pub struct Model {
     pub problem: Arc<Problem<2>>,
     /// Index of the material of each element.
     pub materials: Vec<usize>,
+    /// The kind of its elements.
+    pub element: Element,
 }
 
 impl Model {
@@ -35,6 +38,7 @@ impl Model {
         Ok(Self {
             problem: Arc::new(problem),
             materials,
+            element: body.mesh.element(),
         })
     }
 
@@ -53,7 +57,17 @@ impl Model {
         Ok(Self {
             problem: Arc::new(problem),
             materials,
+            element: body.mesh.element(),
         })
+    }
+
+    /// The cells that draw its elements.
+    pub fn cell_kind(&self) -> CellKind {
+        match self.element {
+            Element::Q8 | Element::Q8Full => CellKind::QuadraticQuad,
+            Element::Q4 => CellKind::Quad,
+            Element::T6 | Element::T6Full => CellKind::QuadraticTriangle,
+        }
     }
 }
 
@@ -72,31 +86,42 @@ fn parts(body: &Body, loads: usize) -> Result<(Problem<2>, Vec<usize>), RunError
         }
     }
     let conditions = conditions(body, &mesh);
-    let problem = Problem::plane_strain(mesh, conditions, loads)
+    let element = body.mesh.element().plane().element();
+    let problem = Problem::new(mesh, element, conditions, loads)
         .map_err(|error| RunError::Model(error.to_string()))?;
     Ok((problem, materials))
 }
 
 fn mesh(mesh: &input::Mesh) -> Result<Mesh<2>, RunError> {
-    let built = match mesh {
-        input::Mesh::Rectangle(rectangle) => Mesh::rectangle(&Rectangle {
-            size: rectangle.size,
-            elements: rectangle.elements.map(|n| n as usize),
-        }),
-        input::Mesh::Annulus(annulus) => Mesh::annulus(&Annulus {
-            inner_radius: annulus.inner_radius,
-            outer_radius: annulus.outer_radius,
-            circumferential: annulus.elements[0] as usize,
-            radial: annulus.elements[1] as usize,
-            growth: annulus.growth,
-            extent: match annulus.sector {
-                Sector::Quarter => AnnulusExtent::Quarter,
-                Sector::Half => AnnulusExtent::Half,
-                Sector::Full => AnnulusExtent::Full,
-            },
-        }),
+    let (grid, per_row) = match mesh {
+        input::Mesh::Rectangle(rectangle) => {
+            let elements = rectangle.elements.map(|n| n as usize);
+            let size = rectangle.size;
+            (Mesh::rectangle(&Rectangle { size, elements }), elements[0])
+        }
+        input::Mesh::Annulus(annulus) => {
+            let [circumferential, radial] = annulus.elements.map(|n| n as usize);
+            let ring = Annulus {
+                inner_radius: annulus.inner_radius,
+                outer_radius: annulus.outer_radius,
+                circumferential,
+                radial,
+                growth: annulus.growth,
+                extent: match annulus.sector {
+                    Sector::Quarter => AnnulusExtent::Quarter,
+                    Sector::Half => AnnulusExtent::Half,
+                    Sector::Full => AnnulusExtent::Full,
+                },
+            };
+            (Mesh::annulus(&ring), radial)
+        }
     };
-    built.map_err(|error| RunError::Model(error.to_string()))
+    let grid = grid.map_err(|error| RunError::Model(error.to_string()))?;
+    Ok(match mesh.element() {
+        Element::Q8 | Element::Q8Full => grid,
+        Element::Q4 => grid.into_linear(),
+        Element::T6 | Element::T6Full => grid.into_triangles(per_row),
+    })
 }
 
 fn conditions(body: &Body, mesh: &Mesh<2>) -> Vec<Condition> {

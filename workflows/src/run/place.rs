@@ -2,13 +2,13 @@
 
 use solver_fem::GaussPointId;
 
-use super::{show::POINTS_PER_ELEMENT, view::RunView};
+use super::view::RunView;
 use crate::{address::RevPlace, input::problem::Model};
 
 /// Gauss points of an element of the run; an element test is one element with one point.
 pub fn points_per_element(run: &RunView) -> usize {
-    match run.manifest.problem.model {
-        Model::Body(_) => POINTS_PER_ELEMENT as usize,
+    match &run.manifest.problem.model {
+        Model::Body(body) => body.mesh.points_per_element(),
         Model::ElementTest(_) => 1,
     }
 }

@@ -143,8 +143,9 @@ fn data(view: &View, run: &RunView, packings: Option<&Vec<Packing>>) -> Value {
         "processor": run.manifest.processor,
         "linear_algebra": run.manifest.linear_algebra,
         "machines": run.place.machines,
-        "elements": elements(problem),
-        "gauss_points": elements(problem).map(|count| count * POINTS_PER_ELEMENT),
+        "elements": mesh(problem).map(input::Mesh::element_count),
+        "element": mesh(problem).map(input::Mesh::element),
+        "gauss_points": mesh(problem).map(input::Mesh::point_count),
         "loads": problem.loads,
         "packings": prepared,
         "per_step": lines,
@@ -162,12 +163,9 @@ fn describe_packing(packing: &Packing) -> Value {
     })
 }
 
-/// Every element has 2×2 Gauss points.
-pub const POINTS_PER_ELEMENT: u64 = 4;
-
-fn elements(problem: &Problem) -> Option<u64> {
+fn mesh(problem: &Problem) -> Option<&input::Mesh> {
     match &problem.model {
-        Model::Body(body) => Some(body.mesh.element_count()),
+        Model::Body(body) => Some(&body.mesh),
         Model::ElementTest(_) => None,
     }
 }
@@ -207,11 +205,13 @@ fn facts(run: &RunView, packings: &Result<Vec<Packing>, RunError>) -> String {
     text.push_str(&machines(run));
     match &problem.model {
         Model::Body(body) => {
-            let count = body.mesh.element_count();
+            let mesh = &body.mesh;
             text.push_str(&format!(
-                "  body       {}: {count} Q8 elements, {} Gauss points\n",
-                shape(&body.mesh),
-                count * POINTS_PER_ELEMENT
+                "  body       {}: {} {} elements, {} Gauss points\n",
+                shape(mesh),
+                mesh.element_count(),
+                mesh.element().in_words(),
+                mesh.point_count(),
             ));
         }
         Model::ElementTest(test) => {

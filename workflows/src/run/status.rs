@@ -190,5 +190,5 @@ fn journalled(view: &View, run: &RunView, step: &RunningStep) -> u64 {
             .filter(|frame| frame.id.kind == ANSWER)
             .count() as u64
     });
-    answers / super::show::POINTS_PER_ELEMENT
+    answers / super::place::points_per_element(run) as u64
 }

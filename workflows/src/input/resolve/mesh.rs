@@ -2,7 +2,8 @@
 
 use super::materials::Materials;
 use super::read::Reader;
-use crate::input::document::{self, Annulus, Mesh};
+use crate::input::document::{self, Annulus};
+use crate::input::mesh::Mesh;
 use crate::input::path::Path;
 use crate::input::problem::{Region, Selection};
 
@@ -14,7 +15,7 @@ const THINNEST: f64 = 1e-9;
 
 pub fn read(reader: &mut Reader<'_, '_>) -> Option<Mesh> {
     let path = Path::root().key("mesh");
-    let mesh: Mesh = reader.required(&path)?;
+    let mesh = Mesh::from(reader.required::<document::Mesh>(&path)?);
     let count = mesh.element_count();
     let inner = path.key(match &mesh {
         Mesh::Rectangle(_) => "rectangle",

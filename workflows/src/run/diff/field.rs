@@ -19,7 +19,7 @@ use crate::{
     input::problem::Model as InputModel,
     output::{
         WriteError,
-        vtu::{self, Array, CellKind, Grid, Values},
+        vtu::{self, Array, Grid, Values},
     },
     run::{
         error::RunError,
@@ -64,7 +64,8 @@ pub fn write(
     let (first, second) = (model(&runs[0])?, model(&runs[1])?);
     let mesh = first.problem.mesh();
     let other = second.problem.mesh();
-    if mesh.nodes != other.nodes || mesh.connectivity != other.connectivity {
+    let alike = first.element == second.element;
+    if !alike || mesh.nodes != other.nodes || mesh.connectivity != other.connectivity {
         return Err(FieldError::OtherMesh);
     }
     let displacement = |run: &RunView| -> Result<Vec<[f64; 2]>, FieldError> {
@@ -129,7 +130,7 @@ pub fn write(
     let connectivity: Vec<u32> = mesh.connectivity.iter().map(|&node| node as u32).collect();
     let grid = Grid {
         points: &mesh.nodes,
-        kind: CellKind::QuadraticQuad,
+        kind: first.cell_kind(),
         connectivity: &connectivity,
     };
     Ok(vtu::write(path, &grid, &points, &cells)?)

@@ -1,6 +1,6 @@
 //! Fields of a body, for ParaView.
 //!
-//! `fields-<step>.vtu` is the initial mesh of quadratic quadrilaterals; "Warp By Vector" with `displacement` shows the
+//! `fields-<step>.vtu` is the initial mesh, in cells of the run's element; "Warp By Vector" with `displacement` shows the
 //! deformed one.
 //!
 //! | data | array | meaning |
@@ -217,7 +217,7 @@ fn write_mesh(
     let connectivity: Vec<u32> = mesh.connectivity.iter().map(|&node| node as u32).collect();
     let grid = Grid {
         points: &mesh.nodes,
-        kind: CellKind::QuadraticQuad,
+        kind: results.model.cell_kind(),
         connectivity: &connectivity,
     };
     Ok(vtu::write(
