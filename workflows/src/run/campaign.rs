@@ -36,7 +36,7 @@ enum Phase {
     /// Before the first node.
     Start,
     /// Packings are being made.
-    Preparing(Preparing, Option<Model>),
+    Preparing(Preparing, Option<Box<Model>>),
     /// A body is stepped.
     Body(Box<BodySteps>),
     /// An element test is stepped.
@@ -85,7 +85,7 @@ impl<'a> Campaign<'a> {
             &serde_json::json!({ "packings": needed, "cached": cached }),
         );
         graph.add_join("initial state", preparing.tasks())?;
-        self.phase = Phase::Preparing(preparing, model);
+        self.phase = Phase::Preparing(preparing, model.map(Box::new));
         Ok(())
     }
 
@@ -135,7 +135,7 @@ impl<'a> Campaign<'a> {
                     points: states,
                     bytes: committed.bytes,
                 };
-                self.step_body(model, schedule, start, graph)
+                self.step_body(*model, schedule, start, graph)
             }
             (InputModel::ElementTest(test), _) => {
                 let state = TestState::initial(packings[0].stress);
