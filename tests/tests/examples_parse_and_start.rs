@@ -58,15 +58,21 @@ fn reduced(text: &str) -> String {
 #[test]
 fn every_example_starts() {
     let folder = tests::root().join("workflows/examples");
-    let mut examples: Vec<_> = fs::read_dir(folder)
+    let examples: Vec<_> = fs::read_dir(folder)
         .unwrap()
         .map(|e| e.unwrap().path())
         .collect();
+    let (meshes, mut examples): (Vec<_>, Vec<_>) = examples
+        .into_iter()
+        .partition(|path: &std::path::PathBuf| path.extension().is_some_and(|e| e == "msh"));
     examples.retain(|path| path.extension().is_some_and(|e| e == "yaml"));
     examples.sort();
     assert!(examples.len() >= 4);
     for example in examples {
         let place = Workplace::new();
+        for mesh in &meshes {
+            fs::copy(mesh, place.dir().join(mesh.file_name().unwrap())).unwrap();
+        }
         let name = example.file_stem().unwrap().to_str().unwrap();
         let file = place.write(
             &format!("{name}.yaml"),

@@ -1,6 +1,7 @@
-//! The boundaries and nodes that a structured mesh names, known before the mesh is built.
+//! The boundaries and nodes that a mesh names; those of a structured mesh are known before it is built.
 
 use super::document::{Annulus, Element, Rectangle, Sector};
+use super::gmsh::Imported;
 use super::mesh::Mesh;
 
 /// A named boundary or node.
@@ -20,7 +21,7 @@ pub struct Place {
 pub enum PlaceKind {
     /// One node, or several.
     Node,
-    /// A straight boundary with its normal along this axis (0 is x).
+    /// A boundary on a straight line (or two) with the normal along this axis (0 is x).
     Straight(usize),
     /// A curved boundary.
     Curved,
@@ -31,7 +32,46 @@ pub fn places(mesh: &Mesh) -> Vec<Place> {
     match mesh {
         Mesh::Rectangle(rectangle) => of_rectangle(rectangle),
         Mesh::Annulus(annulus) => of_annulus(annulus),
+        Mesh::Imported(mesh) => of_file(mesh),
     }
+}
+
+/// A coordinate that differs less along a boundary, over the size of the mesh, is the same.
+const STRAIGHT: f64 = 1e-9;
+
+/// Boundaries and nodes by the names of their groups, with all their nodes.
+fn of_file(mesh: &Imported) -> Vec<Place> {
+    let built = mesh.mesh();
+    let element = mesh.element.plane().element();
+    let tolerance = STRAIGHT * built.diameter();
+    let boundaries = built.boundaries.iter().map(|(name, facets)| {
+        let mut nodes: Vec<usize> = facets
+            .iter()
+            .flat_map(|facet| {
+                let nodes = built.element(facet.element);
+                let local = element.facet_nodes(facet.local).iter();
+                local.map(|&a| nodes[a]).collect::<Vec<_>>()
+            })
+            .collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        let points: Vec<[f64; 2]> = nodes.iter().map(|&node| built.nodes[node]).collect();
+        let is_constant = |axis: &usize| {
+            let first = points.first().map_or(0.0, |point| point[*axis]);
+            let near = |point: &[f64; 2]| (point[*axis] - first).abs() <= tolerance;
+            points.iter().all(near)
+        };
+        let kind = match (0..2).find(is_constant) {
+            Some(normal) => PlaceKind::Straight(normal),
+            None => PlaceKind::Curved,
+        };
+        place(name, kind, points)
+    });
+    let sets = built.node_sets.iter().map(|(name, nodes)| {
+        let points: Vec<[f64; 2]> = nodes.iter().map(|&node| built.nodes[node]).collect();
+        place(name, PlaceKind::Node, points)
+    });
+    boundaries.chain(sets).collect()
 }
 
 fn place(name: impl Into<String>, kind: PlaceKind, points: impl Into<Vec<[f64; 2]>>) -> Place {

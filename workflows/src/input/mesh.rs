@@ -1,8 +1,11 @@
 //! The mesh as resolved: what a run stores of it, and what can be told of it before it is built.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
-use super::document::{self, Annulus, Element, Rectangle};
+use super::document::{Annulus, Element, Rectangle};
+use super::gmsh::Imported;
 
 /// Shape of the body and its division into elements.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -12,6 +15,8 @@ pub enum Mesh {
     Rectangle(Rectangle),
     /// A ring around the origin, or a part of one.
     Annulus(Annulus),
+    /// What was in a file.
+    Imported(Arc<Imported>),
 }
 
 impl Mesh {
@@ -20,6 +25,7 @@ impl Mesh {
         match self {
             Self::Rectangle(rectangle) => rectangle.element,
             Self::Annulus(annulus) => annulus.element,
+            Self::Imported(mesh) => mesh.element,
         }
     }
 
@@ -31,6 +37,7 @@ impl Mesh {
         match self {
             Self::Rectangle(rectangle) => of_grid(rectangle.elements),
             Self::Annulus(annulus) => of_grid(annulus.elements),
+            Self::Imported(mesh) => mesh.element_count() as u64,
         }
     }
 
@@ -42,14 +49,5 @@ impl Mesh {
     /// Gauss points of all elements.
     pub fn point_count(&self) -> u64 {
         self.element_count() * self.points_per_element() as u64
-    }
-}
-
-impl From<document::Mesh> for Mesh {
-    fn from(written: document::Mesh) -> Self {
-        match written {
-            document::Mesh::Rectangle(rectangle) => Self::Rectangle(rectangle),
-            document::Mesh::Annulus(annulus) => Self::Annulus(annulus),
-        }
     }
 }

@@ -11,6 +11,7 @@ mod check;
 pub mod derive;
 mod document;
 mod error;
+pub mod gmsh;
 pub mod mesh;
 mod path;
 pub mod problem;

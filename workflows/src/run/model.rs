@@ -115,6 +115,7 @@ fn mesh(mesh: &input::Mesh) -> Result<Mesh<2>, RunError> {
             };
             (Mesh::annulus(&ring), radial)
         }
+        input::Mesh::Imported(imported) => return Ok(imported.mesh()),
     };
     let grid = grid.map_err(|error| RunError::Model(error.to_string()))?;
     Ok(match mesh.element() {

@@ -297,6 +297,7 @@ fn shape(mesh: &input::Mesh) -> String {
                 a.inner_radius, a.outer_radius
             )
         }
+        input::Mesh::Imported(mesh) => format!("mesh of {}", mesh.file),
     }
 }
 

@@ -7,6 +7,7 @@ use serde::Serialize;
 use serde_json::Value as Json;
 
 use super::Change;
+use crate::input::mesh::Mesh;
 use crate::input::path::Path;
 use crate::input::problem::{Amount, Law, Material, Model, Problem};
 use crate::input::programme::{Programme, Stage};
@@ -207,12 +208,7 @@ impl Collector<'_> {
             }
             Model::Body(body) => {
                 self.leaf(&root.key("material"), material(body.material));
-                let mut fields = Vec::new();
-                let mesh = serde_json::to_value(&body.mesh).unwrap_or_default();
-                flatten_deep(root.key("mesh"), mesh, &mut fields);
-                for (path, value) in fields {
-                    self.leaf(&path, value);
-                }
+                self.mesh(&body.mesh);
                 for (index, region) in body.regions.iter().enumerate() {
                     let selection = words(&region.selection, &problem.loads);
                     let value =
@@ -233,6 +229,23 @@ impl Collector<'_> {
                     self.put(&path, kinds.join("; "), line);
                 }
             }
+        }
+    }
+
+    fn mesh(&mut self, mesh: &Mesh) {
+        let path = Path::root().key("mesh");
+        if let Mesh::Imported(imported) = mesh {
+            let path = path.key("gmsh");
+            self.leaf(&path.key("file"), imported.in_words());
+            let element = imported.element.in_words().to_owned();
+            self.leaf(&path.key("element"), element);
+            return;
+        }
+        let mut fields = Vec::new();
+        let mesh = serde_json::to_value(mesh).unwrap_or_default();
+        flatten_deep(path, mesh, &mut fields);
+        for (path, value) in fields {
+            self.leaf(&path, value);
         }
     }
 

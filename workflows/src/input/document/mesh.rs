@@ -12,6 +12,20 @@ pub enum Mesh {
     Rectangle(Rectangle),
     /// A ring around the origin, or a part of one.
     Annulus(Annulus),
+    /// A mesh made with Gmsh.
+    Gmsh(Gmsh),
+}
+
+/// A mesh file of Gmsh (`.msh`, format 4.1 or 2.2, ASCII or binary) of triangles or quadrangles, all of one kind: Q8
+/// (of nine-node ones the middle node is left out), T6 or Q4. Physical groups of lines are boundaries, or nodes where
+/// they run inside the body; groups of points are nodes; groups of surfaces can be given materials in `regions`.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Gmsh {
+    /// The file, relative to the folder of the input. A run keeps the mesh and does not need the file any more.
+    pub file: String,
+    /// The kind of element, where it is not what the file suggests: the fuller integration rule of the same shape.
+    pub element: Option<Element>,
 }
 
 /// The kind of element and its integration rule. Each Gauss point of a REV material is an assembly of grains, so that
@@ -129,7 +143,7 @@ pub enum Sector {
     Full,
 }
 
-/// A part of the mesh with its own material: given by `elements` or by `box`.
+/// A part of the mesh with its own material: given by `elements`, by `box` or by `group`.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Region {
@@ -143,6 +157,8 @@ pub struct Region {
     /// A box; the elements belong whose centre lies in it.
     #[serde(rename = "box")]
     pub within: Option<Box2>,
+    /// Name of a physical group of surfaces in the mesh file.
+    pub group: Option<String>,
 }
 
 /// A box with sides along x and y.

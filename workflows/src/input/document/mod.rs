@@ -20,7 +20,7 @@ use serde::Deserialize;
 pub use boundary::{Amount, Condition};
 pub use element_test::{Component, Control, ElementTest, LoadPath};
 pub use material::{Elastic, Material, Packings, Rev};
-pub use mesh::{Annulus, Box2, Element, Mesh, Rectangle, Region, Sector};
+pub use mesh::{Annulus, Box2, Element, Gmsh, Mesh, Rectangle, Region, Sector};
 pub use packing::{Fraction, Means, Sizes, Target};
 pub use programme::Stage;
 pub use settings::{Field, LinearSolver, LossOfConfinement, OutputSettings, SolverSettings};

@@ -39,7 +39,7 @@ pub fn resolve(
     let name = run_name(&mut reader);
     let mut loads = Loads::read(&mut reader);
     let materials = Materials::read(&mut reader, base);
-    let model = model(&mut reader, &mut loads, &materials);
+    let model = model(&mut reader, &mut loads, &materials, base);
     let programme = programme::read(&mut reader, &mut loads);
     let solver: Option<SolverSettings> = reader.optional(&root.key("solver"));
     if let Some(solver) = &solver {
@@ -77,7 +77,12 @@ fn run_name(reader: &mut Reader<'_, '_>) -> Option<RunName> {
         .ok()
 }
 
-fn model(reader: &mut Reader<'_, '_>, loads: &mut Loads, materials: &Materials) -> Option<Model> {
+fn model(
+    reader: &mut Reader<'_, '_>,
+    loads: &mut Loads,
+    materials: &Materials,
+    base: &FilePath,
+) -> Option<Model> {
     let root = Path::root();
     let has = |reader: &Reader<'_, '_>, key: &str| reader.report.tree().entry(key).is_some();
     if has(reader, "element_test") {
@@ -97,7 +102,7 @@ fn model(reader: &mut Reader<'_, '_>, loads: &mut Loads, materials: &Materials) 
     }
     if !has(reader, "mesh") && reader.keys(&root).is_some() && !reader.is_misspelt(&root) {
         let help =
-            "add `mesh: { rectangle: … }` or `mesh: { annulus: … }`, or an `element_test: …`"
+            "add `mesh: { rectangle: … }`, `mesh: { annulus: … }` or `mesh: { gmsh: … }`, or an `element_test: …`"
                 .to_owned();
         reader.report.at(
             &root,
@@ -109,7 +114,7 @@ fn model(reader: &mut Reader<'_, '_>, loads: &mut Loads, materials: &Materials) 
         // A test that is missing would perhaps have brought loads along.
         loads.forget();
     }
-    let mesh = mesh::read(reader);
+    let mesh = mesh::read(reader, base);
     let regions = mesh::regions(reader, mesh.as_ref(), materials);
     let material = materials.default(reader);
     let conditions = conditions::read(reader, loads, mesh.as_ref());
