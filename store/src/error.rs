@@ -369,6 +369,87 @@ pub enum PruneError {
     Io(#[from] IoFailure),
 }
 
+/// Writing an archive failed; there is no file then.
+#[derive(Debug, Error)]
+pub enum ArchiveError {
+    /// The file is there already.
+    #[error("write `{}`, which exists already", path.display())]
+    Exists {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A step cannot be taken along.
+    #[error("read the step {step}: {what}")]
+    Lost {
+        /// The step, its run as people call it.
+        step: StepAddress,
+        /// What is wrong with it.
+        what: String,
+    },
+    /// Something in the store is missing or damaged.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The operating system refused.
+    #[error(transparent)]
+    Io(#[from] IoFailure),
+}
+
+/// Taking an archive in failed; the store is as it was.
+#[derive(Debug, Error)]
+pub enum ImportError {
+    /// The file is something else.
+    #[error("find an archive of runs in `{}`", path.display())]
+    NotAnArchive {
+        /// The file.
+        path: PathBuf,
+    },
+    /// An archive of a later format.
+    #[error("read `{}`: it is an archive of a later format than femdem-flow {} knows", path.display(), env!("CARGO_PKG_VERSION"))]
+    LaterFormat {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A run of the store answers to a name that one of the archive has.
+    #[error("give a run the name `{name}`, which belongs to the run `{by}` of the store")]
+    Taken {
+        /// The name.
+        name: RunName,
+        /// The run of the store, as people call it.
+        by: RunName,
+    },
+    /// Too little disk space is free.
+    #[error("take an archive in: the disk of `{}` has {free} bytes free, {needed} are needed", dir.display())]
+    Full {
+        /// The store.
+        dir: PathBuf,
+        /// Free bytes for this user.
+        free: u64,
+        /// Bytes needed.
+        needed: u64,
+    },
+    /// The archive's bytes are not the ones that were written.
+    #[error(transparent)]
+    Damaged(#[from] Damage),
+    /// A pack of it cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// A frame cannot be stored.
+    #[error(transparent)]
+    Frame(#[from] FrameError),
+    /// The operating system refused.
+    #[error(transparent)]
+    Io(#[from] IoFailure),
+}
+
+impl From<PackError> for ImportError {
+    fn from(error: PackError) -> Self {
+        match error {
+            PackError::Frame(error) => Self::Frame(error),
+            PackError::Io(error) => Self::Io(error),
+        }
+    }
+}
+
 /// Checking a store failed (what is wrong *in* the store is a finding, not an error).
 #[derive(Debug, Error)]
 pub enum CheckError {

@@ -18,15 +18,17 @@ use crate::id::{RunName, StepAddress};
 use crate::layout::Layout;
 use crate::record;
 
+/// The file's name.
+pub(crate) const FILE: &str = "label.rmp";
 const REMEDY: &str =
     "the run goes by the name it was born with; rename it, which writes the file anew";
 
 /// `label.rmp`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-struct LabelFile {
+pub(crate) struct LabelFile {
     /// The run, by the name it was born with: a file that strayed here from another run is not believed.
-    run: RunName,
-    label: RunName,
+    pub(crate) run: RunName,
+    pub(crate) label: RunName,
 }
 
 /// The names of the runs of a store.

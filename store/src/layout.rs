@@ -5,11 +5,20 @@ use std::path::{Path, PathBuf};
 use crate::error::IoFailure;
 use crate::files;
 use crate::id::{Digest, RunName, StepIndex, WaveIndex};
+use crate::label;
 
 /// Begins the name of a run's folder while it is being made; no run name begins so.
 const NEW_RUN: &str = ".new-";
 /// Begins the name of a run's folder while it is being deleted.
 const GONE_RUN: &str = ".gone-";
+/// Runs that are read from an archive.
+const ARRIVING: &str = ".import-new";
+/// Runs of an archive that is read and checked, on their way to their places.
+const ARRIVED: &str = ".import-done";
+/// Record of how far a run has come.
+pub(crate) const STATE: &str = "state.rmp";
+/// The caller's event log.
+pub(crate) const EVENTS: &str = "events.jsonl";
 /// Ends the name of a pack that was set aside.
 const ASIDE: &str = ".aside";
 
@@ -83,16 +92,24 @@ impl Layout {
         self.packs().join(format!("{GONE_RUN}{run}"))
     }
 
+    pub(crate) fn arriving(&self) -> PathBuf {
+        self.packs().join(ARRIVING)
+    }
+
+    pub(crate) fn arrived(&self) -> PathBuf {
+        self.packs().join(ARRIVED)
+    }
+
     pub(crate) fn state(&self, run: &RunName) -> PathBuf {
-        self.run(run).join("state.rmp")
+        self.run(run).join(STATE)
     }
 
     pub(crate) fn label(&self, run: &RunName) -> PathBuf {
-        self.run(run).join("label.rmp")
+        self.run(run).join(label::FILE)
     }
 
     pub(crate) fn events(&self, run: &RunName) -> PathBuf {
-        self.run(run).join("events.jsonl")
+        self.run(run).join(EVENTS)
     }
 
     pub(crate) fn pack(&self, run: &RunName, step: StepIndex) -> PathBuf {
@@ -125,7 +142,7 @@ impl Layout {
         let names = files::list(&self.packs())?;
         Ok(names
             .iter()
-            .filter(|n| n.starts_with(NEW_RUN) || n.starts_with(GONE_RUN))
+            .filter(|n| n.starts_with(NEW_RUN) || n.starts_with(GONE_RUN) || *n == ARRIVING)
             .map(|n| self.packs().join(n))
             .collect())
     }
@@ -181,11 +198,11 @@ pub(crate) fn aside(pack: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
-fn pack_name(step: StepIndex) -> String {
+pub(crate) fn pack_name(step: StepIndex) -> String {
     format!("{:08}.pack", step.0)
 }
 
-fn stub_name(step: StepIndex) -> String {
+pub(crate) fn stub_name(step: StepIndex) -> String {
     format!("{:08}.pruned", step.0)
 }
 

@@ -30,6 +30,7 @@
 //! # }
 //! ```
 
+mod archive;
 mod cache;
 mod check;
 mod checkpoint;
@@ -57,11 +58,12 @@ mod space;
 mod step;
 mod store;
 
+pub use archive::{Exported, Extent, Imported, ImportedRun, Naming, Taking};
 pub use check::{CheckReport, Depth, Finding, Severity};
 pub use error::{
-    CacheError, CheckError, CommitError, Damage, DeleteError, FrameError, InUse, IoFailure,
-    JournalError, OpenError, PruneError, ReadError, RebuildError, RenameError, RunError,
-    SetBackError, SpaceError,
+    ArchiveError, CacheError, CheckError, CommitError, Damage, DeleteError, FrameError,
+    ImportError, InUse, IoFailure, JournalError, OpenError, PruneError, ReadError, RebuildError,
+    RenameError, RunError, SetBackError, SpaceError,
 };
 pub use format::VERSION as FORMAT_VERSION;
 pub use frame::{Encoding, Frame, FrameId, Role};

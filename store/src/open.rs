@@ -6,6 +6,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::Mutex;
 
+use crate::archive;
 use crate::check::{Finding, Severity};
 use crate::database::{Change, Contents, Database, StepRow};
 use crate::error::{IoFailure, OpenError, ReadError};
@@ -39,6 +40,9 @@ pub(crate) fn open(dir: &Path) -> Result<Inner, OpenError> {
     {
         // What is being written at this moment is no leftover.
         let _naming = NameLock::take(&layout)?;
+        if let Some(what) = archive::finish(&layout)? {
+            report.push(repaired(&layout.packs(), what));
+        }
         sweep_temporaries(&layout, &mut report)?;
     }
     let (database, contents) = open_database(&layout, &mut report)?;
@@ -64,6 +68,7 @@ pub(crate) fn open(dir: &Path) -> Result<Inner, OpenError> {
         steps: Mutex::new(steps),
         journals: Mutex::new(BTreeSet::new()),
         cache_writer: Mutex::new(()),
+        importing: Mutex::new(()),
         report,
         _lock: lock,
     })

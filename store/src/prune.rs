@@ -21,8 +21,8 @@ const STUB_REMEDY: &str = "nothing needs it but lists: restore it from a copy, o
 /// `<step>.pruned`: what remains of a step whose pack was removed.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Stub {
-    run: RunName,
-    step: StepIndex,
+    pub(crate) run: RunName,
+    pub(crate) step: StepIndex,
     pub(crate) digest: Digest,
     pub(crate) summary: ByteBuf,
 }

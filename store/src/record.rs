@@ -52,10 +52,14 @@ pub(crate) fn write(path: &Path, value: &impl Serialize) -> Result<(), IoFailure
     files::write_atomic(path, &seal(value))
 }
 
+/// The value of a whole record in memory; what is wrong with it otherwise.
+pub(crate) fn unseal<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
+    let payload = open(bytes)?;
+    rmp_serde::from_slice(payload).map_err(|error| format!("it does not decode ({error})"))
+}
+
 /// Reads the record at `path`.
 pub(crate) fn read<T: DeserializeOwned>(path: &Path, remedy: &str) -> Result<T, ReadError> {
     let bytes = fs::read(path).map_err(IoFailure::of("read", path))?;
-    let payload = open(&bytes).map_err(|what| Damage::new(path, what, remedy))?;
-    rmp_serde::from_slice(payload)
-        .map_err(|error| Damage::new(path, format!("it does not decode ({error})"), remedy).into())
+    unseal(&bytes).map_err(|what| Damage::new(path, what, remedy).into())
 }

@@ -1,13 +1,14 @@
 //! Runs: what is fixed when one is created (`run.rmp`) and the little that changes (`state.rmp`).
 
 use std::fs;
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Damage, IoFailure, ReadError};
 use crate::files;
 use crate::id::{RunName, StepAddress, StepIndex};
-use crate::layout::Layout;
+use crate::layout::{self, Layout};
 use crate::record;
 
 const RUN_FILE: &str = "run.rmp";
@@ -100,15 +101,20 @@ pub(crate) fn create(layout: &Layout, run: &RunFile) -> Result<(), IoFailure> {
         fs::remove_dir_all(&dir).map_err(IoFailure::of("remove", &dir))?;
     }
     files::create_folder(&dir)?;
-    record::write(&dir.join(RUN_FILE), run)?;
-    record::write(&dir.join(RUN_COPY), run)?;
+    write_records(&dir, run)?;
     let state = StateFile {
         state: RunState::Prepared,
         note: String::new(),
         last_own: None,
     };
-    record::write(&dir.join("state.rmp"), &state)?;
+    record::write(&dir.join(layout::STATE), &state)?;
     files::rename_durably(&dir, &layout.run(&run.name))
+}
+
+/// Writes a run's two records into its folder.
+pub(crate) fn write_records(dir: &Path, run: &RunFile) -> Result<(), IoFailure> {
+    record::write(&dir.join(RUN_FILE), run)?;
+    record::write(&dir.join(RUN_COPY), run)
 }
 
 /// Reads `run.rmp`, or its copy where that is damaged.

@@ -205,7 +205,7 @@ pub struct FrameInfo {
 #[derive(Debug)]
 pub struct StepReader {
     address: StepAddress,
-    pack: PackFile,
+    pub(crate) pack: PackFile,
     pub(crate) header: StepHeader,
 }
 

@@ -39,6 +39,8 @@ pub(crate) struct Inner {
     pub(crate) journals: Mutex<BTreeSet<RunName>>,
     /// Held while a cache entry is written: two of one key would share a temporary file.
     pub(crate) cache_writer: Mutex<()>,
+    /// Held while an archive is taken in: there is one folder for what is on its way.
+    pub(crate) importing: Mutex<()>,
     pub(crate) report: Vec<Finding>,
     pub(crate) _lock: Lock,
 }

@@ -114,6 +114,62 @@ fn a_record_reads_by_the_document_alone() {
     assert_eq!(read("label.rmp"), b"\x92\xa1b\xa4bent");
 }
 
+#[test]
+fn an_archive_reads_by_the_document_alone() {
+    let dir = tempfile::tempdir().unwrap();
+    build(dir.path());
+    let file = dir.path().join("b.runs");
+    let store = Store::open_read_only(dir.path()).unwrap();
+    store
+        .export_archive(&name("b"), store::Extent::Run, &file)
+        .unwrap();
+    let bytes = fs::read(&file).unwrap();
+    let (body, hash) = bytes.split_at(bytes.len() - 32);
+    assert_eq!(blake3::hash(body).as_bytes(), hash);
+    assert_eq!(&body[..8], b"FDFARCH1");
+    let mut entries = Vec::new();
+    let mut at = 8;
+    while &body[at..at + 4] == b"FDE1" {
+        let head = u32_at(body, at + 4) as usize;
+        let content = u64_at(body, at + 8);
+        let from = at + 16;
+        entries.push((
+            body[from..from + head].to_vec(),
+            body[from + head..from + head + content].to_vec(),
+        ));
+        at = from + head + content;
+    }
+    assert_eq!(
+        (&body[at..at + 8], u64_at(body, at + 8)),
+        (&b"FDFAEND1"[..], entries.len())
+    );
+    assert_eq!(at + 16, body.len());
+    let heads: Vec<&[u8]> = entries.iter().map(|(head, _)| head.as_slice()).collect();
+    let expected: [&[u8]; 8] = [
+        b"\x93\xa8Contents\xa1b\xc0",
+        b"\x93\xa6Record\xa1a\xc0",
+        b"\x93\xa5State\xa1a\xc0",
+        b"\x93\xa4Pack\xa1a\x01",
+        b"\x93\xa4Pack\xa1a\x02",
+        b"\x93\xa6Record\xa1b\xc0",
+        b"\x93\xa5State\xa1b\xc0",
+        b"\x93\xa4Pack\xa1b\x03",
+    ];
+    assert_eq!(heads, expected);
+    // [ "b", [ [ "a", "a", 2, [ [ 1, digest, false ], … ] ], … ] ]
+    let table = &entries[0].1;
+    assert_eq!(table[..12], *b"\x92\xa1b\x92\x94\xa1a\xa1a\x02\x92\x93");
+    assert_eq!(table[12..15], [1, 0xc4, 32]);
+    assert_eq!(table[47], 0xc2);
+    assert_eq!(
+        entries[5].1,
+        b"\x94\xa1b\x2a\x92\xa1a\x02\xc4\x0dmanifest of b"
+    );
+    assert!(entries[2].1.starts_with(b"\x93\xabInterrupted"));
+    let pack = fs::read(dir.path().join("packs/b/00000003.pack")).unwrap();
+    assert_eq!(entries[7].1, pack);
+}
+
 /// Holds a step's digest to a number, so that a change of its definition cannot slip in: old and new runs
 /// could not be compared any more.
 #[test]

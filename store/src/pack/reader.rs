@@ -125,8 +125,13 @@ impl PackFile {
         self.entries.values().map(|(header, _)| header)
     }
 
-    /// Reads, checks and decodes one frame.
-    pub(crate) fn frame(&self, id: FrameId) -> Result<Vec<u8>, ReadError> {
+    /// The frames' ids in their order, the store's own included.
+    pub(crate) fn ids(&self) -> impl Iterator<Item = FrameId> {
+        self.entries.keys().copied()
+    }
+
+    /// Reads one whole frame as it is stored, checked against its checksum.
+    pub(crate) fn stored(&self, id: FrameId) -> Result<(FrameHeader, Vec<u8>), ReadError> {
         let Some((expected, offset)) = self.entries.get(&id) else {
             return Err(ReadError::NoSuchFrame {
                 path: self.path.clone(),
@@ -135,11 +140,18 @@ impl PackFile {
         };
         let mut bytes = vec![0; expected.frame_len() as usize];
         self.read_at(&mut bytes, *offset)?;
-        let (header, stored) =
+        let (header, _) =
             frame::parse(&bytes).map_err(|what| self.damaged(format!("{id}: {what}")))?;
         if header != *expected {
             return Err(self.damaged(format!("{id} is not the one of the index")));
         }
+        Ok((header, bytes))
+    }
+
+    /// Reads, checks and decodes one frame.
+    pub(crate) fn frame(&self, id: FrameId) -> Result<Vec<u8>, ReadError> {
+        let (header, bytes) = self.stored(id)?;
+        let stored = &bytes[frame::HEADER_LEN..];
         let payload = frame::decode(&header, stored)
             .ok_or_else(|| self.damaged(format!("{id} does not decode")))?;
         if Digest::of(&payload) != header.hash {

@@ -7,8 +7,8 @@ use clap::{Args, Parser, Subcommand};
 
 use super::display::Format;
 use super::verbs::{
-    bench, branch, completions, control, diff, export, keeping, plan, replay, resume, rev, show,
-    status, store, submit, verify,
+    bench, branch, completions, control, diff, export, import, keeping, plan, replay, resume, rev,
+    show, status, store, submit, verify,
 };
 
 const EXIT_CODES: &str = "\
@@ -141,7 +141,8 @@ pub enum Verb {
     Pause(control::PauseArgs),
     /// Let a paused run go on.
     Continue(control::PauseArgs),
-    /// Write the results of a run for other programs: curves as CSV, fields as VTU with a PVD for ParaView.
+    /// Write the results of a run for other programs: curves as CSV, fields as VTU with a PVD for ParaView; or the run itself
+    /// as one file.
     ///
     /// `curves.csv` has a row for each committed load step; its head says what the columns mean. `fields.pvd` opens the
     /// mesh in ParaView: displacement, stress, strain and shear_strain at the nodes (smoothed); means of the elements
@@ -149,6 +150,11 @@ pub enum Verb {
     /// computed. Stress is positive in tension, strain is logarithmic and positive in extension. Works while another
     /// process computes the run.
     Export(export::Args),
+    /// Take the runs of an archive, written by `export RUN --archive FILE`, into the store.
+    ///
+    /// All of them come in or none does, whatever is damaged or crashes. They resume, branch and replay with the bits that they
+    /// had where they come from. Ancestors that the store has with the same load steps are shared.
+    Import(import::Args),
     /// Prepare, test, draw, import and export assemblies of grains (REVs).
     #[command(subcommand)]
     Rev(rev::Verb),

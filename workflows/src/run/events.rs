@@ -156,7 +156,7 @@ impl Whereabouts {
         let whole = |key: &str| data[key].as_u64();
         let real = |key: &str| data[key].as_f64();
         let text = |key: &str| data[key].as_str().unwrap_or_default().to_owned();
-        if !matches!(event.event.as_str(), "note" | "renamed") {
+        if !matches!(event.event.as_str(), "note" | "renamed" | "imported") {
             // These are signs of their writer's life, not of the run's.
             self.last = event.at;
         }

@@ -213,6 +213,7 @@ pub fn in_words(event: &str, data: &Value) -> String {
             text::bytes(number("bytes"))
         ),
         "note" => format!("note: {}", word("text")),
+        "imported" => format!("imported from {}", word("from")),
         "renamed" => format!("renamed from `{}` to `{}`", word("from"), word("to")),
         other => format!("{other} {data}"),
     }
@@ -226,7 +227,7 @@ fn existing(store: &store::Store, run: &RunName) -> Result<store::RunName, Failu
 }
 
 /// Ascending numbers in short: `1 to 4, 6`.
-fn ranges(numbers: &[u32]) -> String {
+pub fn ranges(numbers: &[u32]) -> String {
     let mut parts: Vec<(u32, u32)> = Vec::new();
     for &number in numbers {
         match parts.last_mut() {

@@ -1,5 +1,6 @@
 //! What the verbs of the command line do: runs over the engine, the store and the solvers.
 
+mod archive;
 mod asked;
 mod attempt;
 mod body;
@@ -58,6 +59,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+pub use store::Extent;
 use store::{RunState, Store};
 
 pub use self::branch::{Computing, Wish};
@@ -283,6 +285,25 @@ pub fn export(
     into: Option<&Path>,
 ) -> Result<Report, Failure> {
     export::export(context, run, into)
+}
+
+/// Writes a run, or one with all that takes it up, into the new file `to`.
+pub fn export_archive(
+    context: &Context<'_>,
+    run: &RunName,
+    extent: Extent,
+    to: &Path,
+) -> Result<Report, Failure> {
+    archive::export(context, run, extent, to)
+}
+
+/// Takes the runs of an archive into the store, the one that was asked for under the name `name`.
+pub fn import_archive(
+    context: &Context<'_>,
+    from: &Path,
+    name: Option<&RunName>,
+) -> Result<Report, Failure> {
+    archive::import(context, from, name)
 }
 
 /// Prepares the packings of the materials of `problem` into the store, or those of `material` only.

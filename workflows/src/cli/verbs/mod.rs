@@ -6,6 +6,7 @@ pub mod completions;
 pub mod control;
 pub mod diff;
 pub mod export;
+pub mod import;
 pub mod keeping;
 pub mod plan;
 pub mod replay;
@@ -44,6 +45,7 @@ pub fn perform(verb: &Verb, context: &Context<'_>) -> Result<Report, Failure> {
         Verb::Pause(args) => control::pause(args, context),
         Verb::Continue(args) => control::go_on(args, context),
         Verb::Export(args) => export::perform(args, context),
+        Verb::Import(args) => import::perform(args, context),
         Verb::Replay(args) => replay::perform(args, context),
         Verb::Verify(args) => verify::perform(args, context),
         Verb::Diff(args) => diff::perform(args, context),
