@@ -34,10 +34,47 @@ pub fn recorded(run: &RunView, after: u32) -> (f64, f64, f64) {
     let reached_at = |step: Option<&StepView>| step.map_or(0.0, StepView::reached);
     let start = run.steps.iter().rfind(|step| step.record.index.0 <= after);
     let later = run.steps.iter().filter(|step| step.record.index.0 > after);
-    let (cpu, bytes) = later.fold((0.0, 0.0), |(cpu, bytes), step| {
-        (cpu + step.cpu_s(), bytes + step.record.bytes as f64)
-    });
-    (cpu, bytes, reached_at(run.last()) - reached_at(start))
+    let cpu = later.map(StepView::cpu_s).sum();
+    let covered = reached_at(run.last()) - reached_at(start);
+    (
+        cpu,
+        bytes_per_increment(run, after, u32::MAX) * covered,
+        covered,
+    )
+}
+
+/// Bytes of the packs per increment of the steps of `run` after step `after` up to step `until`; where none of them has
+/// its pack still, by those before. Pruned steps are passed over: as they were computed, they had packs like the others.
+fn bytes_per_increment(run: &RunView, after: u32, until: u32) -> f64 {
+    let steps: Vec<&StepView> = run
+        .steps
+        .iter()
+        .filter(|step| step.record.index.0 <= until)
+        .collect();
+    let sized: Vec<(u32, f64, f64)> = steps
+        .windows(2)
+        .filter(|pair| pair[1].record.is_sound())
+        .map(|pair| {
+            let increments = pair[1].reached() - pair[0].reached();
+            let record = &pair[1].record;
+            (record.index.0, record.bytes as f64, increments)
+        })
+        .collect();
+    let first = sized.partition_point(|(step, ..)| *step <= after);
+    let chosen = match &sized[first..] {
+        [] => &sized[sized.len().saturating_sub(RECENT)..],
+        later => later,
+    };
+    let (bytes, increments) = chosen
+        .iter()
+        .fold((0.0, 0.0), |sum, (_, bytes, increments)| {
+            (sum.0 + bytes, sum.1 + increments)
+        });
+    if increments > 0.0 {
+        bytes / increments
+    } else {
+        0.0
+    }
 }
 
 /// The pace of the steps of `run` up to step `until`; `None` where it has none.
@@ -64,7 +101,7 @@ pub fn pace(run: &RunView, until: u32) -> Option<Pace> {
         } else {
             1.0
         },
-        bytes: sum(|step| step.record.bytes as f64) / increments,
+        bytes: bytes_per_increment(run, first.record.index.0, until),
         judged_by: format!("the last steps of `{}`", run.name()),
     })
 }

@@ -177,7 +177,7 @@ fn table(lines: &[Line]) -> Table {
             text::duration(line.cpu_s),
             text::utc(line.created),
             // A complete run's note says what its state does.
-            if line.state == "completed" && !line.noted {
+            if matches!(line.state, "completed" | "damaged") && !line.noted {
                 String::new()
             } else {
                 short(&line.note)

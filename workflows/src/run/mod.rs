@@ -55,11 +55,18 @@ mod verify;
 mod view;
 mod work;
 
+/// What the frames of a step are made of, for measurements of the store.
+pub(crate) mod step_frames {
+    pub use super::asked::AskedWave;
+    pub use super::frames::{MACRO, POINT, answer_frame, content, point_frame};
+    pub use super::point::{PointAnswer, PointEnd, PointState, with_state};
+}
+
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-pub use store::Extent;
+pub use store::Extent as ArchiveExtent;
 use store::{RunState, Store};
 
 pub use self::branch::{Computing, Wish};
@@ -72,7 +79,7 @@ use self::shift::Shift;
 pub use self::shift::Terms;
 pub use self::verify::Sample;
 use crate::address::{RevAddress, RunAddress, RunName};
-use crate::failure::Failure;
+use crate::failure::{Failure, FailureKind};
 use crate::input::{Problem, derive::Scope};
 use crate::plot::PictureFile;
 use crate::progress::Progress;
@@ -129,6 +136,19 @@ pub fn resume(context: &Context<'_>, run: &RunName, terms: &Terms) -> Result<Rep
     let record = store
         .run(&name)
         .map_err(|error| explain("find the run", error.into()))?;
+    let steps = store
+        .steps(&name)
+        .map_err(|error| explain("read the run", error.into()))?;
+    if let Some(last) = steps.last().filter(|last| last.is_lost()) {
+        let called = record.shown();
+        let hint = view::way_out(called, steps.iter());
+        let what = format!("failed to resume `{called}` from load step {}", last.index);
+        let failure = Failure::new(FailureKind::Store, what).hint(hint);
+        return Err(match store.step(&name, last.index) {
+            Err(error) => failure.because(error),
+            Ok(_) => failure,
+        });
+    }
     if record.state == RunState::Completed {
         return ended::ended(context, &store, &name, &session::SessionEnd::Completed);
     }
@@ -291,7 +311,7 @@ pub fn export(
 pub fn export_archive(
     context: &Context<'_>,
     run: &RunName,
-    extent: Extent,
+    extent: ArchiveExtent,
     to: &Path,
 ) -> Result<Report, Failure> {
     archive::export(context, run, extent, to)

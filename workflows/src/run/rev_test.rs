@@ -6,7 +6,7 @@ use store::Store;
 use super::{
     Context,
     error::RunError,
-    export::test_curve,
+    export::{LeftOut, test_curve},
     open::{explain, store_name},
     session::{self, SessionEnd},
     shift::{Shift, Terms},
@@ -55,7 +55,13 @@ pub fn test(
     };
     let view = View::open(&kept_nowhere)?;
     let run = view.run(&problem.name)?;
-    let curve = test_curve(&view, &run).map_err(failed)?;
+    let mut left_out = LeftOut::default();
+    let curve =
+        test_curve(&view, &run, &mut left_out).map_err(|error| error.into_failure(run.name()))?;
+    if let Some((step, what)) = left_out.damaged().first() {
+        let what = format!("load step {step} was damaged at once: failed to {what}");
+        return Err(failed(RunError::State(what)));
+    }
     let report = Report::new(
         curve.to_text(),
         &json!({

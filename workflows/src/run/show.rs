@@ -3,11 +3,12 @@
 use serde::Serialize;
 use serde_json::{Value, json};
 use solver_dem::{Means, Sizes};
+use store::RunState;
 
 use super::{
     Context,
     error::RunError,
-    lineage, list, load,
+    keeping, lineage, list, load,
     open::explain,
     show_step,
     summary::RevFigures,
@@ -134,6 +135,7 @@ fn data(view: &View, run: &RunView, packings: Option<&Vec<Packing>>) -> Value {
         "done": done,
         "of": of,
         "digest": run.digest(),
+        "damaged": run.damaged(),
         "cpu_s": run.cpu_s(),
         "wall_s": run.steps.iter().map(|step| step.summary.wall_s).sum::<f64>(),
         "bytes": run.bytes(),
@@ -183,11 +185,21 @@ fn heading(context: &Context<'_>, run: &RunView) -> String {
         context.store.display(),
     );
     // A complete run's note says what its state does.
-    if !run.record.note.is_empty() && run.standing != Standing::Completed {
+    if !run.record.note.is_empty() && run.record.state != RunState::Completed {
         text.push_str(&format!("  {}\n", run.record.note));
     }
     if let Some(digest) = run.digest() {
         text.push_str(&format!("  digest     {digest}\n"));
+    }
+    let damaged = run.damaged();
+    if !damaged.is_empty() {
+        let steps = keeping::ranges(&damaged);
+        text.push_str(&format!(
+            "  damaged    load steps {steps}: `femdem-flow store check` has more on this\n"
+        ));
+    }
+    if run.standing == Standing::Damaged {
+        text.push_str(&format!("             {}\n", run.way_out()));
     }
     text
 }

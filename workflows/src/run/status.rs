@@ -130,6 +130,9 @@ fn describe(view: &View, run: &RunView, now: f64) -> (String, Value) {
                 text::duration(left)
             );
         }
+        None if run.standing == Standing::Damaged => {
+            let _ = writeln!(text, "  {}", run.way_out());
+        }
         None if !running && run.standing != Standing::Completed => {
             if !run.record.note.is_empty() {
                 let _ = writeln!(text, "  {}", run.record.note);

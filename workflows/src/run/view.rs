@@ -51,6 +51,8 @@ pub enum Standing {
     Completed,
     /// At a step that cannot be solved.
     Failed,
+    /// Its last load step is damaged or gone: whatever it was, it can neither be shown nor gone on from there.
+    Damaged,
 }
 
 impl Standing {
@@ -68,6 +70,7 @@ impl Standing {
             Self::Killed | Self::Interrupted => "interrupted",
             Self::Completed => "completed",
             Self::Failed => "failed",
+            Self::Damaged => "damaged",
         }
     }
 
@@ -161,6 +164,7 @@ impl View {
         let record = self.store.run(name)?;
         let manifest = super::session::manifest(&record.manifest)?;
         let steps = self.store.steps(name)?;
+        let lost = steps.last().is_some_and(StepRecord::is_lost);
         let steps = steps
             .into_iter()
             .map(|record| StepView {
@@ -171,6 +175,8 @@ impl View {
         let place = events::read(&self.store.events_path(name));
         let standing = match self.standing(record.state, place.pid) {
             Standing::Running if place.pausing.is_some() => Standing::Paused,
+            Standing::Running => Standing::Running,
+            _ if lost => Standing::Damaged,
             standing => standing,
         };
         Ok(RunView {
@@ -240,6 +246,18 @@ impl RunView {
         self.last().map_or(0, |step| step.record.index.0)
     }
 
+    /// What to do about a damaged last step: the hint of whatever meets it.
+    pub fn way_out(&self) -> String {
+        way_out(self.name(), self.steps.iter().map(|step| &step.record))
+    }
+
+    /// Numbers of the steps that are damaged or gone.
+    pub fn damaged(&self) -> Vec<u32> {
+        let steps = self.steps.iter();
+        let lost = steps.filter(|step| step.record.is_lost());
+        lost.map(|step| step.record.index.0).collect()
+    }
+
     /// Digest of the last committed step, hexadecimal.
     pub fn digest(&self) -> Option<String> {
         self.last()
@@ -294,6 +312,22 @@ impl RunView {
             };
             Failure::new(FailureKind::Usage, what).hint(hint)
         })
+    }
+}
+
+/// What to do where the last of `steps` is damaged: back to the last sound one before all that is lost.
+pub fn way_out<'a>(
+    name: &store::RunName,
+    steps: impl DoubleEndedIterator<Item = &'a StepRecord>,
+) -> String {
+    let sound = steps.rev().find(|step| step.is_sound());
+    match sound {
+        Some(step) => format!(
+            "restore its file from a copy (`femdem-flow store check` names it), or `femdem-flow store set-back {name}@{}`, from where \
+             `femdem-flow resume {name}` computes it again",
+            step.index
+        ),
+        None => "restore its files from a copy: `femdem-flow store check` names them".to_owned(),
     }
 }
 

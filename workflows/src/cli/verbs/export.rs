@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use crate::address::RunName;
 use crate::failure::Failure;
 use crate::report::Report;
-use crate::run::{self, Context, Extent};
+use crate::run::{self, ArchiveExtent, Context};
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
@@ -30,8 +30,8 @@ pub fn perform(args: &Args, context: &Context<'_>) -> Result<Report, Failure> {
         return run::export(context, &args.run, args.into.as_deref());
     };
     let extent = match args.subtree {
-        true => Extent::Subtree,
-        false => Extent::Run,
+        true => ArchiveExtent::Subtree,
+        false => ArchiveExtent::Run,
     };
     run::export_archive(context, &args.run, extent, archive)
 }

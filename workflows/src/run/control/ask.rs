@@ -264,8 +264,10 @@ fn may_be_computed(run: &RunView) -> bool {
                     .as_ref()
                     .is_some_and(|host| *host != machine::host())
         }
-        Standing::Prepared | Standing::Interrupted | Standing::Completed | Standing::Failed => {
-            false
-        }
+        Standing::Prepared
+        | Standing::Interrupted
+        | Standing::Completed
+        | Standing::Failed
+        | Standing::Damaged => false,
     }
 }

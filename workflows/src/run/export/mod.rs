@@ -9,16 +9,16 @@
 mod body;
 mod curves;
 mod fields;
+mod left_out;
 mod test_curve;
 
 use std::path::{Path, PathBuf};
 
 use serde_json::json;
 use solver_fem::boundary::Target;
-use store::StepHealth;
 
 use self::body::BodyResults;
-pub use self::test_curve::test_curve;
+pub use self::{left_out::LeftOut, test_curve::test_curve};
 use super::{
     Context,
     error::RunError,
@@ -40,9 +40,11 @@ use crate::{
 
 /// Why an export failed.
 #[derive(Debug, thiserror::Error)]
-enum ExportError {
+pub enum ExportError {
+    /// The run cannot be read.
     #[error(transparent)]
     Run(#[from] RunError),
+    /// A file cannot be written.
     #[error("write the output: {0}")]
     Write(#[from] WriteError),
 }
@@ -54,7 +56,8 @@ impl From<store::ReadError> for ExportError {
 }
 
 impl ExportError {
-    fn into_failure(self, run: &store::RunName) -> Failure {
+    /// The same as the command line says it.
+    pub fn into_failure(self, run: &store::RunName) -> Failure {
         match self {
             Self::Run(error) => explain(&format!("export run `{run}`"), error),
             Self::Write(_) => {
@@ -80,30 +83,44 @@ pub fn export(
             .hint(format!("`femdem-flow status {name}` tells where it is")));
     }
     let folder = into.map_or_else(|| PathBuf::from(run.name().as_str()), Path::to_owned);
-    let files =
-        write(context, &view, &run, &folder).map_err(|error| error.into_failure(run.name()))?;
-    let text = summary(&run, &folder, &files);
+    let mut left_out = LeftOut::default();
+    let files = write(&view, &run, &folder, &mut left_out)
+        .map_err(|error| error.into_failure(run.name()))?;
+    let exported = exported(&run, &left_out);
+    let text = summary(&run, &folder, &files, exported);
+    let damaged: Vec<_> = left_out
+        .damaged()
+        .iter()
+        .map(|(step, what)| json!({ "step": step, "what": what }))
+        .collect();
     let data = json!({
         "name": run.name().as_str(),
-        "steps": exported(&run),
+        "steps": exported,
+        "pruned": left_out.pruned(),
+        "damaged": damaged,
         "into": folder.display().to_string(),
         "files": files,
     });
-    Ok(Report::new(text, &data))
+    left_out.conclude(run.name(), context.progress, Report::new(text, &data))
 }
 
-/// Load steps that can be exported; the initial state is none.
-fn exported(run: &RunView) -> usize {
+/// Load steps that were exported; the initial state is none.
+fn exported(run: &RunView, left_out: &LeftOut) -> usize {
+    let damaged = |step: &&StepView| {
+        let mut numbers = left_out.damaged().iter().map(|(step, _)| *step);
+        numbers.any(|number| number == step.record.index.0)
+    };
     let sound = run.steps.iter().filter(|step| step.record.is_sound());
-    sound.filter(|step| step.record.index.0 > 0).count()
+    let sound = sound.filter(|step| step.record.index.0 > 0);
+    sound.filter(|step| !damaged(step)).count()
 }
 
-fn summary(run: &RunView, folder: &Path, files: &[String]) -> String {
+fn summary(run: &RunView, folder: &Path, files: &[String], exported: usize) -> String {
     let place = folder.display();
     let mut text = format!(
         "Run `{}`: {} exported into {place} ({})\n  {place}/curves.csv    curves of the whole run; its head says what the columns mean\n",
         run.name(),
-        text::count(exported(run), "load step"),
+        text::count(exported, "load step"),
         text::count(files.len(), "file")
     );
     if files.iter().any(|file| file == FIELDS) {
@@ -120,30 +137,37 @@ const FIELDS: &str = "fields.pvd";
 const POINTS: &str = "points.pvd";
 
 fn write(
-    context: &Context<'_>,
     view: &View,
     run: &RunView,
     folder: &Path,
+    left_out: &mut LeftOut,
 ) -> Result<Vec<String>, ExportError> {
     let mut files = vec!["curves.csv".to_owned()];
     let curves = folder.join("curves.csv");
     let problem = &run.manifest.problem;
     let InputModel::Body(body) = &problem.model else {
-        test_curve(view, run)?.write(&curves)?;
+        test_curve(view, run, left_out)?.write(&curves)?;
         return Ok(files);
     };
     let results = BodyResults::open(view, run, body)?;
     let mut table = curves::Curves::new(run, &results, body);
     let (mut fields, mut points) = (Vec::new(), Vec::new());
-    let (sound, lost): (Vec<_>, Vec<_>) = run.steps.iter().partition(|step| step.record.is_sound());
-    for step in &sound {
-        let state = results.state(step)?;
-        table.push(step, &state)?;
-        if !is_written(step, run, problem.output.every) {
+    for step in &run.steps {
+        if !left_out.admit(step) {
             continue;
         }
-        let [mesh_file, point_file] =
-            fields::write(&results, step, &state, &problem.output.fields, folder)?;
+        let Some(state) = left_out.unless_damaged(step, results.state(step))? else {
+            continue;
+        };
+        if !is_written(step, run, problem.output.every) {
+            table.push(step, &state)?;
+            continue;
+        }
+        let written = fields::write(&results, step, &state, &problem.output.fields, folder);
+        let Some([mesh_file, point_file]) = left_out.unless_damaged(step, written)? else {
+            continue;
+        };
+        table.push(step, &state)?;
         let time = step.reached();
         fields.push(pvd::Entry {
             time,
@@ -159,18 +183,6 @@ fn write(
     pvd::write(&folder.join(FIELDS), &fields)?;
     pvd::write(&folder.join(POINTS), &points)?;
     files.extend([FIELDS.to_owned(), POINTS.to_owned()]);
-    let is_pruned = |step: &&&StepView| step.record.health == StepHealth::Pruned;
-    let pruned = lost.iter().filter(is_pruned).count();
-    let damaged = lost.len() - pruned;
-    if pruned > 0 {
-        let steps = text::count(pruned, "pruned load step");
-        context.progress.note(&format!("left out: {steps}"));
-    }
-    if damaged > 0 {
-        let steps = text::count(damaged, "damaged load step");
-        let note = format!("left out: {steps}; `femdem-flow store check` has more on this");
-        context.progress.note(&note);
-    }
     Ok(files)
 }
 

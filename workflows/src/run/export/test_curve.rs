@@ -1,8 +1,10 @@
 //! The curve of an element test: one row a committed step. `rev test` and `export` print the same one.
 
+use std::sync::Arc;
+
 use store::FrameId;
 
-use super::{place_columns, place_values};
+use super::{ExportError, LeftOut, place_columns, place_values};
 use crate::{
     output::csv::{Column, Table},
     run::{
@@ -15,8 +17,13 @@ use crate::{
     },
 };
 
-/// The curve of the element test `run`. It holds results only, no measured times: the same input gives the same text.
-pub fn test_curve(view: &View, run: &RunView) -> Result<Table, RunError> {
+/// The curve of the element test `run`, damaged steps left out. It holds results only, no measured times: the same input
+/// gives the same text.
+pub fn test_curve(
+    view: &View,
+    run: &RunView,
+    left_out: &mut LeftOut,
+) -> Result<Table, ExportError> {
     let problem = &run.manifest.problem;
     let mut columns = place_columns(&problem.programme, &problem.loads);
     columns.extend([
@@ -42,11 +49,14 @@ pub fn test_curve(view: &View, run: &RunView) -> Result<Table, RunError> {
         "units: those of the input; plane strain, per unit thickness".to_owned(),
     ];
     let dealt = load::dealt(&view.store, run.id())?;
-    for step in run.steps.iter().filter(|step| step.record.is_sound()) {
-        let reader = view.store.step(run.id(), step.record.index)?;
-        let id = FrameId::new(MACRO, 0);
-        let state: TestState = decode(id, &reader.frame(id)?)?;
-        let points = load::points(&reader, &dealt)?;
+    for step in &run.steps {
+        if !left_out.admit(step) {
+            continue;
+        }
+        let read = read(view, run, step, &dealt);
+        let Some((state, points)) = left_out.unless_damaged(step, read)? else {
+            continue;
+        };
         let mut row = place_values(&problem.programme, problem.loads.len(), step);
         row.extend(mechanics(&state));
         row.extend(grains(&points[0]));
@@ -56,6 +66,18 @@ pub fn test_curve(view: &View, run: &RunView) -> Result<Table, RunError> {
             .map_err(|error| RunError::State(error.to_string()))?;
     }
     Ok(table)
+}
+
+fn read(
+    view: &View,
+    run: &RunView,
+    step: &StepView,
+    dealt: &[Arc<PointState>],
+) -> Result<(TestState, Vec<Arc<PointState>>), ExportError> {
+    let reader = view.store.step(run.id(), step.record.index)?;
+    let id = FrameId::new(MACRO, 0);
+    let state = decode(id, &reader.frame(id)?).map_err(RunError::from)?;
+    Ok((state, load::points(&reader, dealt)?))
 }
 
 /// p = −tr σ/2 and q = (σ1 − σ2)/2 = √(((σ_xx − σ_yy)/2)² + σ_xy²), by Mohr's circle.
