@@ -134,7 +134,16 @@ pub(crate) fn panic_message(payload: &(dyn Any + Send)) -> String {
 
 /// CPU time that the calling thread has used so far; a measurement, never to be used in a number.
 pub fn thread_cpu_time() -> Duration {
-    let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+    clock(rustix::time::ClockId::ThreadCPUTime)
+}
+
+/// CPU time that all threads of this process have used, those that have ended included.
+pub fn process_cpu_time() -> Duration {
+    clock(rustix::time::ClockId::ProcessCPUTime)
+}
+
+fn clock(id: rustix::time::ClockId) -> Duration {
+    let time = rustix::time::clock_gettime(id);
     Duration::new(
         u64::try_from(time.tv_sec).unwrap_or(0),
         u32::try_from(time.tv_nsec).unwrap_or(0),

@@ -109,7 +109,9 @@ pub use cancel::{CancelLevel, CancelToken};
 pub use context::{Stop, TaskContext};
 pub use director::Director;
 pub use event::{Event, EventKind, EventSink};
-pub use executor::{Attempt, BoxFuture, Executor, TaskError, perform, thread_cpu_time};
+pub use executor::{
+    Attempt, BoxFuture, Executor, TaskError, perform, process_cpu_time, thread_cpu_time,
+};
 pub use graph::{Graph, GraphHandle, NodeError, NodeId};
 pub use local_pool::{LocalPool, LocalPoolError};
 pub use outcome::{Cause, Finished, TaskFailure, TaskOutcome};

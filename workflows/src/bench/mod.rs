@@ -3,7 +3,9 @@
 mod cycles;
 mod increments;
 pub mod rev;
+mod specimen;
 mod statistics;
+pub mod store;
 
 use solver_dem::{PreparationError, Recipe, Rev, prepare};
 

@@ -175,7 +175,7 @@ pub enum Verb {
     /// Names the first load step, iteration and REV that differ and by how much; `--output` writes the mesh coloured by
     /// the difference, for ParaView.
     Diff(diff::Args),
-    /// Measure what a REV costs on this machine.
+    /// Measure what a REV or the store costs on this machine.
     #[command(subcommand)]
     Bench(bench::Verb),
     /// Look after the store.
