@@ -8,13 +8,12 @@ use std::{
 use engine::{Cause, Finished, GraphHandle, NodeId, TaskOutcome, thread_cpu_time};
 use solver_fem::{
     ConstitutiveResponse, GaussPointId,
-    newton::{
-        FailureReason, MacroState, Request, StepFailure, StepOutcome, StepSettings, StepSolver,
-    },
+    newton::{FailureReason, MacroState, Request, StepFailure, StepOutcome, StepSettings},
 };
 use store::{Digest, Frame, FrameId, Role, Seal, StepIndex};
 
 use super::{
+    ahead::{Ahead, begin_step, beside},
     asked::AskedWave,
     attempt::{Attempt, Committed, Opened, TaskPolicy},
     core::{Core, Ending},
@@ -49,6 +48,8 @@ pub struct BodySteps {
     /// CPU seconds of the last commit.
     commit_s: f64,
     last_bytes: u64,
+    /// The next step as far as it was begun beside the commit of the last one.
+    ahead: Option<Ahead>,
 }
 
 /// A committed step to go on from.
@@ -91,6 +92,7 @@ impl BodySteps {
             begun: Instant::now(),
             commit_s: 0.0,
             last_bytes: start.bytes,
+            ahead: None,
         }
     }
 
@@ -128,17 +130,13 @@ impl BodySteps {
         let attempt = match opened {
             Opened::TakenUp { attempt, .. } => *attempt,
             Opened::Empty(journal) => {
-                let begun = thread_cpu_time();
-                let solver = StepSolver::begin(
-                    &self.model.problem,
-                    &self.state,
-                    &interval.from,
-                    &interval.to,
-                    &self.settings,
-                )
-                .map_err(|error| RunError::State(error.to_string()))?;
-                self.summary.director_s += cpu_since(begun);
-                Attempt::new(solver, journal)
+                let ahead = self.ahead.take();
+                let ahead = match ahead.filter(|ahead| ahead.interval == interval) {
+                    Some(ahead) => ahead,
+                    None => begin_step(&self.model, &self.settings, &self.state, interval)?,
+                };
+                self.summary.director_s += ahead.cpu_s;
+                Attempt::new(ahead.solver, journal)
             }
         };
         let request = attempt.solver.next();
@@ -361,9 +359,19 @@ impl BodySteps {
             extra,
             summary: frames::encode(&summary),
         };
-        let begun = thread_cpu_time();
-        let committed = attempt.journal.commit(seal, |id| id.kind == POINT)?;
-        self.commit_s = cpu_since(begun);
+        let next = self.schedule.next();
+        let (committed, ahead) = beside(
+            || {
+                let begun = thread_cpu_time();
+                let committed = attempt.journal.commit(seal, |id| id.kind == POINT);
+                committed.map(|committed| (committed, cpu_since(begun)))
+            },
+            // One that cannot be begun is begun again when it is its turn, and says why.
+            || begin_step(&self.model, &self.settings, &outcome.state, next?).ok(),
+        )?;
+        let (committed, commit_s) = committed?;
+        self.commit_s = commit_s;
+        self.ahead = ahead;
         self.step += 1;
         self.digest = committed.digest;
         self.last_bytes = committed.bytes;
@@ -383,7 +391,7 @@ impl BodySteps {
 }
 
 /// CPU seconds that this thread has used since it had used `begun`.
-fn cpu_since(begun: Duration) -> f64 {
+pub fn cpu_since(begun: Duration) -> f64 {
     thread_cpu_time().saturating_sub(begun).as_secs_f64()
 }
 

@@ -1,5 +1,6 @@
 //! What the verbs of the command line do: runs over the engine, the store and the solvers.
 
+mod ahead;
 mod archive;
 mod asked;
 mod attempt;
