@@ -200,8 +200,11 @@ impl Original {
             Ok(end) if end == self.end && !refused => match (named, other.pop()) {
                 (true, _) => Ok(Fate::Repaired),
                 (false, None) => Ok(Fate::WithoutEffect),
-                // What happened when is no result, and has no checksum.
-                (false, Some(_)) if kind == Kind::Events => Ok(Fate::WithoutEffect),
+                // What happened when is no result, and has no checksum; what a journal lost is computed again, and
+                // `status` is right to say so.
+                (false, Some(_)) if matches!(kind, Kind::Events | Kind::Part) => {
+                    Ok(Fate::WithoutEffect)
+                }
                 (false, Some(other)) => Err(format!("nobody names it, and {other}")),
             },
             Ok(end) if !refused => Err(format!(

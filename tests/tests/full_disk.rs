@@ -11,7 +11,7 @@ use std::time::Duration;
 use tests::history::{self, History};
 use tests::inputs;
 use tests::ordeal::Ordeal;
-use tests::workplace::Workplace;
+use tests::workplace::{Signal, Workplace};
 
 const RUN: &str = "small";
 const LIMIT: Duration = Duration::from_secs(120);
@@ -122,7 +122,7 @@ fn a_full_disk_ends_the_run_in_words_and_it_resumes_when_there_is_space() {
         );
         return;
     };
-    let input = inputs::biaxial(RUN, 60, 6);
+    let input = inputs::biaxial(RUN, 60, 10);
     let (calm, events) = calm(&input);
 
     let place = Workplace::below(disk.folder.path());
@@ -133,12 +133,15 @@ fn a_full_disk_ends_the_run_in_words_and_it_resumes_when_there_is_space() {
     fs::remove_file(ballast).unwrap();
 
     let mut stopped = 0;
-    for part in 1..4 {
+    for part in 1..5 {
         let mut session = ordeal().session(&place);
-        while session.is_alive() && ordeal().events(&place) < events * part / 4 {
+        while session.is_alive() && ordeal().events(&place) < events * part / 8 {
             sleep(Duration::from_micros(500));
         }
+        // It stands still until the disk is full, however fast it is.
+        session.signal(Signal::STOP);
         let ballast = disk.fill(0);
+        session.signal(Signal::CONT);
         let outcome = session.end(LIMIT).unwrap();
         match outcome.code {
             Some(0) => {}
