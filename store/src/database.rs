@@ -10,6 +10,7 @@
 mod rows;
 
 use std::any::Any;
+use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
@@ -20,6 +21,8 @@ pub(crate) use rows::{Change, Contents, INLINE, RunRow, StepRow};
 
 /// How long the database may take for anything.
 const PATIENCE: Duration = Duration::from_secs(30);
+/// How long it may take to close when it has not answered before: it will not now.
+const LAST_PATIENCE: Duration = Duration::from_secs(1);
 /// How long to wait for sled's own lock: it is released a moment after its last user is gone.
 const LOCK_PATIENCE: Duration = Duration::from_secs(3);
 /// sled's memory: the database is an index, the bulk never goes through it.
@@ -38,6 +41,8 @@ pub(crate) struct Database {
     requests: Option<SyncSender<Request>>,
     /// Disconnects when the thread has closed sled.
     closed: Receiver<()>,
+    /// How long to wait for that.
+    closing: Cell<Duration>,
 }
 
 impl Database {
@@ -56,7 +61,13 @@ impl Database {
             .map_err(|error| format!("no thread for it: {error}"))?;
         let contents = opened.recv_timeout(PATIENCE).map_err(|_| impatient())??;
         let requests = Some(requests);
-        Ok((Self { requests, closed }, contents))
+        let closing = Cell::new(PATIENCE);
+        let database = Self {
+            requests,
+            closed,
+            closing,
+        };
+        Ok((database, contents))
     }
 
     /// Makes the changes in one batch and flushes. After an error the database is lost.
@@ -67,7 +78,10 @@ impl Database {
             Some(requests) if requests.send(request).is_ok() => {}
             _ => return Err("its thread has ended".to_owned()),
         }
-        answer.recv_timeout(PATIENCE).map_err(|_| impatient())?
+        answer.recv_timeout(PATIENCE).map_err(|_| {
+            self.closing.set(LAST_PATIENCE);
+            impatient()
+        })?
     }
 }
 
@@ -75,7 +89,7 @@ impl Drop for Database {
     fn drop(&mut self) {
         // The thread ends when the channel does; sled's files are free when the thread has ended.
         self.requests = None;
-        if self.closed.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
+        if self.closed.recv_timeout(self.closing.get()) == Err(RecvTimeoutError::Timeout) {
             tracing::warn!("the database does not close");
         }
     }

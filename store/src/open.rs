@@ -8,7 +8,7 @@ use std::sync::Mutex;
 
 use crate::archive;
 use crate::check::{Finding, Severity};
-use crate::database::{Change, Contents, Database, StepRow};
+use crate::database::{Change, Contents, Database, RunRow, StepRow};
 use crate::error::{IoFailure, OpenError, ReadError};
 use crate::files;
 use crate::format::{self, Found};
@@ -171,20 +171,7 @@ fn repair_runs(
             }
             Err(error) => report.push(Finding::damage(&layout.run(&run), &error)),
         }
-        if let Err(ReadError::Damaged(_) | ReadError::Io(_)) = run::read_state(layout, &run) {
-            let known = contents.runs.get(&run);
-            let mut state = run::lost_state(None);
-            if let Some(row) = known {
-                state.state = row.state;
-                state.note = row.note.clone().unwrap_or_default();
-            }
-            run::write_state(layout, &run, &state)?;
-            let what = match known {
-                Some(_) => "the record of the run's state was damaged and is restored",
-                None => "the record of the run's state was lost; it counts as interrupted",
-            };
-            report.push(repaired(&layout.state(&run), what));
-        }
+        repair_state(layout, &run, contents.runs.get(&run), report)?;
     }
     for run in layout.run_names()? {
         if let Err(error) = label::read(layout, &run) {
@@ -205,6 +192,36 @@ fn repair_runs(
             ));
         }
     }
+    Ok(())
+}
+
+/// Restores how far a run has come, from the database where that knows it.
+fn repair_state(
+    layout: &Layout,
+    run: &RunName,
+    known: Option<&RunRow>,
+    report: &mut Vec<Finding>,
+) -> Result<(), IoFailure> {
+    match run::read_state(layout, run) {
+        // A disk that does not give it now may give it later: nothing is put in its place.
+        Err(ReadError::Io(error)) if !error.is_missing() => {
+            report.push(Finding::damage(&layout.state(run), &error.into()));
+            return Ok(());
+        }
+        Err(ReadError::Damaged(_) | ReadError::Io(_)) => {}
+        _ => return Ok(()),
+    }
+    let mut state = run::lost_state(None);
+    if let Some(row) = known {
+        state.state = row.state;
+        state.note = row.note.clone().unwrap_or_default();
+    }
+    run::write_state(layout, run, &state)?;
+    let what = match known {
+        Some(_) => "the record of the run's state was damaged and is restored",
+        None => "the record of the run's state was lost; it counts as interrupted",
+    };
+    report.push(repaired(&layout.state(run), what));
     Ok(())
 }
 

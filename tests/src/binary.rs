@@ -29,7 +29,7 @@ pub fn femdem_flow() -> &'static Path {
 }
 
 /// `target/release` or its like: this executable lies in it, or in its folder `deps`.
-fn profile_folder() -> PathBuf {
+pub(crate) fn profile_folder() -> PathBuf {
     let this = env::current_exe().expect("the system knows what it runs");
     let folder = this.parent().expect("an executable lies in a folder");
     let folder = if folder.ends_with("deps") {

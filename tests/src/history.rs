@@ -1,10 +1,14 @@
 //! What a run has committed, read through the `store` crate: the verbs of the program are not asked about themselves.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::de::DeserializeOwned;
 use solver_fem::{Tensor2, newton::MacroState};
-use store::{Digest, FrameId, ReadOnlyStore, RunName, RunState, StepIndex, StepReader, Store};
+use store::{
+    Digest, FrameId, OpenError, ReadOnlyStore, RunName, RunState, StepHealth, StepIndex,
+    StepReader, Store,
+};
 
 /// Kind of the frame that holds the macro state of a step (`workflows/src/run/frames.rs`).
 const MACRO: u16 = 5;
@@ -71,6 +75,69 @@ fn read(store: &Path, run: &str, look_at: impl Fn(&StepReader)) -> Option<Histor
         state: record.state,
         steps,
     })
+}
+
+/// Whether the states of a committed step are still there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kept {
+    /// They are, sound to the last byte.
+    Whole,
+    /// They were given up; digest and figures remain.
+    Pruned,
+}
+
+/// How a run stands and its steps, pruned ones included.
+pub type Steps = (RunState, Vec<(u32, Digest, Kept)>);
+
+/// Every run of a store with its steps, every byte of every pack checked; nothing where there is no store yet.
+///
+/// # Errors
+/// What is damaged, missing or unreadable.
+pub fn everything(store: &Path) -> Result<BTreeMap<String, Steps>, String> {
+    let store = match Store::open_read_only(store) {
+        Ok(store) => store,
+        Err(OpenError::Missing { .. }) => return Ok(BTreeMap::new()),
+        Err(error) => return Err(error.to_string()),
+    };
+    let names = store.run_names().map_err(|error| error.to_string())?;
+    let runs = names.into_iter().map(|name| {
+        let steps = steps_of(&store, &name).map_err(|error| format!("{name}: {error}"))?;
+        Ok((name.to_string(), steps))
+    });
+    runs.collect()
+}
+
+/// The same in a line for each run.
+pub fn in_words(runs: &BTreeMap<String, Steps>) -> String {
+    let mut words = String::new();
+    for (run, (state, steps)) in runs {
+        words += &format!("\n  {run}: {state:?}");
+        for (step, digest, kept) in steps {
+            let mark = if *kept == Kept::Pruned { " pruned" } else { "" };
+            words += &format!(", {step} {}{mark}", &digest.to_string()[..8]);
+        }
+    }
+    words
+}
+
+fn steps_of(store: &ReadOnlyStore, run: &RunName) -> Result<Steps, String> {
+    let state = store.run(run).map_err(|error| error.to_string())?.state;
+    let mut steps = Vec::new();
+    for listed in store.steps(run).map_err(|error| error.to_string())? {
+        let kept = match listed.health {
+            StepHealth::Sound => {
+                let step = store.step(run, listed.index);
+                step.and_then(|step| step.verify())
+                    .map_err(|error| error.to_string())?;
+                Kept::Whole
+            }
+            StepHealth::Pruned => Kept::Pruned,
+            lost => return Err(format!("step {} is {lost:?}", listed.index)),
+        };
+        let digest = listed.digest.ok_or("a step without a digest")?;
+        steps.push((listed.index.0, digest, kept));
+    }
+    Ok((state, steps))
 }
 
 /// The macro states of a body at every committed step, from step 0.

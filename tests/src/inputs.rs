@@ -23,6 +23,16 @@ programme:
     )
 }
 
+/// The least body: one element of four REVs with two packings of 20 grains, `steps` load steps. A tenth of a second.
+pub fn least(name: &str, steps: u32) -> String {
+    biaxial(name, 20, steps)
+        .replace(
+            "size: [1.0, 2.0], elements: [2, 4]",
+            "size: [1.0, 1.0], elements: [1, 1]",
+        )
+        .replace("gallery: 3", "gallery: 2")
+}
+
 /// [`biaxial`] with a macro solver that is given two iterations a step only: most steps are cut, some several times.
 pub fn biaxial_with_cuts(name: &str, grains: u32, steps: u32) -> String {
     let solver =

@@ -1,13 +1,17 @@
 //! A folder with a store, and `femdem-flow` at work in it.
 
-use std::ffi::OsStr;
-use std::fs::{self, File};
+use std::ffi::{OsStr, OsString};
+use std::fs;
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, kill_process};
 use tempfile::TempDir;
+
+use crate::folder;
 
 pub use rustix::process::Signal;
 
@@ -47,8 +51,14 @@ impl Default for Workplace {
 impl Workplace {
     /// A new, empty one.
     pub fn new() -> Self {
+        Self::below(&std::env::temp_dir())
+    }
+
+    /// A new, empty one in this folder.
+    pub fn below(folder: &Path) -> Self {
+        let dir = tempfile::tempdir_in(folder);
         Self {
-            dir: tempfile::tempdir().expect("the system has room for a temporary folder"),
+            dir: dir.expect("the system has room for a temporary folder"),
         }
     }
 
@@ -69,6 +79,13 @@ impl Workplace {
         path
     }
 
+    /// A new one with copies of all its files, the store among them.
+    pub fn copy(&self) -> Self {
+        let copy = Self::new();
+        folder::copy(self.dir(), copy.dir());
+        copy
+    }
+
     /// Runs `femdem-flow` with these arguments on the store of this place, to its end.
     pub fn run<S: AsRef<OsStr>>(&self, args: impl IntoIterator<Item = S>) -> Outcome {
         self.start(args).wait()
@@ -76,29 +93,49 @@ impl Workplace {
 
     /// Starts `femdem-flow` with these arguments on the store of this place.
     pub fn start<S: AsRef<OsStr>>(&self, args: impl IntoIterator<Item = S>) -> Session {
-        // Files rather than pipes: nobody has to read them for the program to go on.
-        let new = |what: &str| {
-            let file = tempfile::Builder::new()
-                .prefix(what)
-                .tempfile_in(self.dir());
-            file.and_then(|file| file.keep().map_err(Into::into))
-                .expect("a temporary folder can be written to")
-        };
-        let ((out, out_path), (err, err_path)) = (new("stdout-"), new("stderr-"));
-        Session {
-            child: self.spawn(args, out, err),
-            out: out_path,
-            err: err_path,
-        }
+        self.start_in(args, &[])
     }
 
-    fn spawn<S: AsRef<OsStr>>(
+    /// The same with these additions to its environment.
+    pub fn start_in<S: AsRef<OsStr>>(
         &self,
         args: impl IntoIterator<Item = S>,
-        out: File,
-        err: File,
-    ) -> Child {
-        Command::new(crate::binary::femdem_flow())
+        environment: &[(&str, OsString)],
+    ) -> Session {
+        let mut command = Command::new(crate::binary::femdem_flow());
+        command.envs(environment.iter().map(|(key, value)| (key, value)));
+        self.launch(command, args)
+    }
+
+    /// The same where no file may grow beyond so many blocks of 512 bytes.
+    pub fn start_with_file_limit<S: AsRef<OsStr>>(
+        &self,
+        args: impl IntoIterator<Item = S>,
+        blocks: u32,
+    ) -> Session {
+        // Without the trap the system would end the process by a signal instead of refusing the write.
+        let script = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" \"$@\"");
+        let mut command = Command::new("sh");
+        command
+            .args(["-c", &script])
+            .arg(crate::binary::femdem_flow());
+        self.launch(command, args)
+    }
+
+    fn launch<S: AsRef<OsStr>>(
+        &self,
+        mut command: Command,
+        args: impl IntoIterator<Item = S>,
+    ) -> Session {
+        // Files rather than pipes: nobody has to read them for the program to go on. Not beside the store, which may
+        // lie on a full disk.
+        let new = |what: &str| {
+            let file = tempfile::Builder::new().prefix(what).tempfile();
+            file.and_then(|file| file.keep().map_err(Into::into))
+                .expect("the system has room for a temporary file")
+        };
+        let ((out, out_path), (err, err_path)) = (new("stdout-"), new("stderr-"));
+        let child = command
             .args(args)
             .arg("--store")
             .arg(self.store())
@@ -107,8 +144,12 @@ impl Workplace {
             .stdin(std::process::Stdio::null())
             .stdout(out)
             .stderr(err)
-            .spawn()
-            .expect("femdem-flow can be started")
+            .spawn();
+        Session {
+            child: child.expect("femdem-flow can be started"),
+            out: out_path,
+            err: err_path,
+        }
     }
 }
 
@@ -136,9 +177,33 @@ impl Session {
     ///
     /// # Panics
     /// Where the program panicked: whatever happens, it must end in words of its own.
-    pub fn wait(mut self) -> Outcome {
+    pub fn wait(self) -> Outcome {
+        self.end(Duration::MAX)
+            .unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    /// Waits for its end, no longer than `limit`; then it is killed.
+    ///
+    /// # Errors
+    /// It took longer, or panicked.
+    pub fn end(mut self, limit: Duration) -> Result<Outcome, String> {
+        let since = Instant::now();
+        while limit < Duration::MAX && self.is_alive() && since.elapsed() < limit {
+            sleep(Duration::from_millis(1));
+        }
+        let hangs = limit < Duration::MAX && self.is_alive();
+        if hangs {
+            self.signal(Signal::KILL);
+        }
         let status = self.child.wait().expect("a child can be waited for");
-        Outcome::new(status, &self.out, &self.err)
+        let outcome = Outcome::new(status, &self.out, &self.err);
+        if hangs {
+            return Err(format!("it hangs, after {limit:?}: {outcome:#?}"));
+        }
+        match outcome.panicked() {
+            true => Err(format!("it panicked: {}", outcome.err)),
+            false => Ok(outcome),
+        }
     }
 }
 
@@ -149,18 +214,21 @@ impl Outcome {
             let _ = fs::remove_file(path);
             String::from_utf8(bytes).expect("the program writes UTF-8")
         };
-        let outcome = Self {
+        Self {
             code: status.code(),
             signal: status.signal(),
             out: read(out),
             err: read(err),
-        };
-        assert!(
-            outcome.code != Some(101) && !outcome.err.contains("panicked at"),
-            "{}",
-            outcome.err
-        );
-        outcome
+        }
+    }
+
+    /// Whether the program met a bug of its own, in the words of Rust or in its own, or was brought down by the system.
+    fn panicked(&self) -> bool {
+        let words = ["panicked at", "has a bug"];
+        self.code == Some(101)
+            || self.signal == Some(6)
+            || self.signal == Some(11)
+            || words.iter().any(|words| self.err.contains(words))
     }
 
     /// This, if the command succeeded.

@@ -2,7 +2,7 @@
 
 use std::{
     fs::File,
-    io::{Read, Seek, SeekFrom},
+    io::{self, Read, Seek, SeekFrom},
     path::{Path, PathBuf},
 };
 
@@ -98,9 +98,12 @@ pub fn read(path: &Path) -> Whereabouts {
     place
 }
 
-/// The events of the log at `path`.
-pub fn list(path: &Path) -> Vec<Event> {
-    Follower::from_start(path).next()
+/// The events of the log at `path`; one that is not there has none.
+///
+/// # Errors
+/// The system does not give it.
+pub fn list(path: &Path) -> io::Result<Vec<Event>> {
+    Follower::from_start(path).look()
 }
 
 /// Reads a log while it grows.
@@ -130,22 +133,38 @@ impl Follower {
         follower
     }
 
-    /// What was written since the last look; nothing where the log is not there. Lines that do not read are passed over.
+    /// What was written since the last look; nothing where the log is not there or cannot be read for the moment.
     pub fn next(&mut self) -> Vec<Event> {
+        self.look().unwrap_or_default()
+    }
+
+    /// The same, where it matters why there is nothing. Lines that do not read are passed over.
+    fn look(&mut self) -> io::Result<Vec<Event>> {
+        let known = self.rest.len();
         let read = File::open(&self.path).and_then(|mut file| {
             file.seek(SeekFrom::Start(self.offset))?;
             file.read_to_end(&mut self.rest)
         });
-        self.offset += read.unwrap_or(0) as u64;
+        match read {
+            Ok(bytes) => self.offset += bytes as u64,
+            Err(error) => {
+                // What came before the error comes again with the next look.
+                self.rest.truncate(known);
+                return match error.kind() {
+                    io::ErrorKind::NotFound => Ok(Vec::new()),
+                    _ => Err(error),
+                };
+            }
+        }
         let whole = self.rest.iter().rposition(|&byte| byte == b'\n');
         let lines: Vec<u8> = match whole {
             Some(end) => self.rest.drain(..=end).collect(),
-            None => return Vec::new(),
+            None => return Ok(Vec::new()),
         };
-        lines
+        Ok(lines
             .split(|&byte| byte == b'\n')
             .filter_map(|line| serde_json::from_slice::<Event>(line).ok())
-            .collect()
+            .collect())
     }
 }
 

@@ -138,7 +138,11 @@ pub fn note(context: &Context<'_>, run: &RunName, words: &str) -> Result<Report,
 pub fn log(context: &Context<'_>, run: &RunName) -> Result<Report, Failure> {
     let view = View::open(context)?;
     let name = view.run(run)?.record.name;
-    let events = events::list(&view.store.events_path(&name));
+    let path = view.store.events_path(&name);
+    let events = events::list(&path).map_err(|error| {
+        let what = format!("failed to read {}", path.display());
+        Failure::new(FailureKind::Store, what).because(error)
+    })?;
     let mut text = String::new();
     for Event { at, event, data } in &events {
         let _ = writeln!(text, "{}  {}", text::utc(*at as u64), in_words(event, data));

@@ -208,7 +208,7 @@ fn heading(context: &Context<'_>, run: &RunView) -> String {
 fn facts(run: &RunView, packings: &Result<Vec<Packing>, RunError>) -> String {
     let (manifest, problem) = (&run.manifest, &run.manifest.problem);
     let mut text = format!(
-        "  created    {} UTC, femdem-flow {}, {}, {}\n",
+        "  created    {} UTC, version {}, {}, {}\n",
         text::utc(run.record.created),
         manifest.version,
         text::count(manifest.threads, "thread"),
@@ -286,7 +286,7 @@ fn machines(run: &RunView) -> String {
     let others = run.place.machines.iter();
     for other in others.filter(|machine| **machine != first) {
         text.push_str(&format!(
-            "  also on    {}, femdem-flow {}, {}, {}\n",
+            "  also on    {}, version {}, {}, {}\n",
             other.processor,
             other.version,
             other.features.join(" "),
