@@ -9,6 +9,7 @@
 mod body;
 mod curves;
 mod fields;
+mod second_gradient;
 mod test_curve;
 
 use std::path::{Path, PathBuf};
