@@ -33,6 +33,14 @@ pub fn least(name: &str, steps: u32) -> String {
         .replace("gallery: 3", "gallery: 2")
 }
 
+/// [`biaxial`] with a second gradient.
+pub fn biaxial_with_second_gradient(name: &str, grains: u32, steps: u32) -> String {
+    format!(
+        "{}second_gradient: {{ D: 6.4e-3 }}\n",
+        biaxial(name, grains, steps)
+    )
+}
+
 /// [`biaxial`] with a macro solver that is given two iterations a step only: most steps are cut, some several times.
 pub fn biaxial_with_cuts(name: &str, grains: u32, steps: u32) -> String {
     let solver =

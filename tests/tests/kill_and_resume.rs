@@ -38,6 +38,13 @@ static CUT: Case = Case {
     calm: OnceLock::new(),
 };
 
+/// v, λ and the double stress are part of what a step hands to the next.
+static SECOND_GRADIENT: Case = Case {
+    run: "second",
+    input: |run| inputs::biaxial_with_second_gradient(run, 100, 6),
+    calm: OnceLock::new(),
+};
+
 impl Case {
     fn calm(&self) -> &Calm {
         self.calm.get_or_init(|| {
@@ -115,6 +122,13 @@ fn killed_where_steps_are_cut_it_arrives_at_the_same_bits() {
     );
     for seed in 21..=23 {
         CUT.killed_at_random(seed, 3, 2);
+    }
+}
+
+#[test]
+fn killed_with_a_second_gradient_it_arrives_at_the_same_bits() {
+    for (seed, kills, threads) in [(31, 1, 2), (32, 4, 1)] {
+        SECOND_GRADIENT.killed_at_random(seed, kills, threads);
     }
 }
 

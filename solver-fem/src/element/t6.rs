@@ -2,6 +2,7 @@
 
 use super::quadrature::{QuadraturePoint, TriangleRule, triangle};
 use super::{Element, FacetPoint, Line3};
+use crate::second_gradient::CornerPoint;
 
 /// Integration rule of a [`T6`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -77,6 +78,14 @@ impl Element<2> for T6 {
                 gradients[3 + i][k] = 4.0 * (SLOPES[i][k] * l[j] + l[i] * SLOPES[j][k]);
             }
         }
+    }
+
+    /// Linear: M_i = L_i.
+    fn corner_field(&self, xi: &[f64; 2]) -> Option<CornerPoint<2>> {
+        Some(CornerPoint {
+            shape: area_coordinates(*xi).to_vec(),
+            gradients: SLOPES.to_vec(),
+        })
     }
 
     fn quadrature(&self) -> Vec<QuadraturePoint<2>> {

@@ -81,7 +81,7 @@ impl<const D: usize> MacroState<D> {
             elastic_tangents: tangents,
             reactions: vec![0.0; problem.dof_count()],
             loads: loads.to_vec(),
-            second_gradient: zero_fields(problem),
+            second_gradient: SecondGradientState::zero(problem),
         };
         state.check(problem)?;
         let unknowns = state.unknowns();
@@ -123,6 +123,11 @@ impl<const D: usize> MacroState<D> {
                 multipliers,
             ),
             ("the increment of v", of(|f| &f.increment), gradient),
+            (
+                "the list of mismatches",
+                of(|f| &f.mismatch),
+                multipliers / (D * D),
+            ),
             ("the field v", of(|f| &f.gradient), gradient),
             ("the displacement", &self.displacement, dofs),
             ("the list of positions", &self.coordinates, dofs),
@@ -200,14 +205,6 @@ impl<const D: usize> MacroState<D> {
     pub fn displacement_of(&self, node: usize) -> [f64; D] {
         crate::kinematics::position(&self.displacement, node)
     }
-}
-
-/// The fields of second gradient before the first step; `None` in a plain problem.
-fn zero_fields<const D: usize>(problem: &Problem<D>) -> Option<SecondGradientState> {
-    let layout = problem.layout();
-    let (gradient, multipliers) = (layout.gradient_count(), layout.multiplier_count());
-    let double_stress = problem.gauss_point_count() * D * D * D;
-    (multipliers > 0).then(|| SecondGradientState::zero(double_stress, multipliers, gradient))
 }
 
 /// The entries of a residual on prescribed displacements, zero elsewhere.

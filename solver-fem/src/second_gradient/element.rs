@@ -267,3 +267,32 @@ pub fn double_stresses<const D: usize>(
     }
     Ok(stresses)
 }
+
+/// ‖H − v‖/‖H‖ over every second-gradient element, in the order of their multipliers.
+///
+/// # Errors
+/// An element that is inverted, or turned half round by the step.
+pub(super) fn mismatches<const D: usize>(
+    problem: &Problem<D>,
+    at: &Configuration<'_>,
+) -> Result<Vec<f64>, InvertedElement> {
+    let square = |t: &Tensor2<D>| -> f64 { t.iter().flatten().map(|x| x * x).sum() };
+    let elements = 0..problem.mesh().element_count();
+    elements
+        .filter(|&element| problem.layout().multiplier_dof(element).is_some())
+        .map(|element| {
+            let (mut apart, mut whole) = (0.0, 0.0);
+            for local in 0..problem.points_per_element() {
+                let located = locate(problem, at, element, local)?;
+                let volume = located.geometry.volume;
+                apart += volume * square(&located.point.mismatch);
+                whole += volume * square(located.point.displacement_gradient());
+            }
+            Ok(if apart == 0.0 {
+                0.0
+            } else {
+                (apart / whole).sqrt()
+            })
+        })
+        .collect()
+}

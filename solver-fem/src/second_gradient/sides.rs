@@ -44,7 +44,7 @@ pub enum SideProblem {
         modulus: f64,
     },
     /// The element has no field on its corners.
-    #[error("a {element} carries no second gradient; use Q8")]
+    #[error("a {element} carries no second gradient; use Q8 (or T6)")]
     Element {
         /// Name of the element.
         element: &'static str,

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::double_stresses;
+use super::element::{double_stresses, mismatches};
 use crate::assembly::Configuration;
 use crate::kinematics::InvertedElement;
 use crate::problem::Problem;
@@ -18,17 +18,23 @@ pub struct SecondGradientState {
     pub increment: Vec<f64>,
     /// The sum of all increments so far. Output likewise.
     pub gradient: Vec<f64>,
+    /// ‖grad u − v‖/‖grad u‖ of the step over every second-gradient element, root mean squares over its Gauss
+    /// points: λ is constant in an element and ties the means, this is what it leaves. Output likewise.
+    pub mismatch: Vec<f64>,
 }
 
 impl SecondGradientState {
-    /// Nothing has happened yet.
-    pub(crate) fn zero(double_stress: usize, multipliers: usize, gradient: usize) -> Self {
-        SecondGradientState {
-            double_stress: vec![0.0; double_stress],
+    /// Nothing has happened yet; `None` in a plain problem.
+    pub(crate) fn zero<const D: usize>(problem: &Problem<D>) -> Option<Self> {
+        let layout = problem.layout();
+        let (gradient, multipliers) = (layout.gradient_count(), layout.multiplier_count());
+        (multipliers > 0).then(|| SecondGradientState {
+            double_stress: vec![0.0; problem.gauss_point_count() * D * D * D],
             multipliers: vec![0.0; multipliers],
             increment: vec![0.0; gradient],
             gradient: vec![0.0; gradient],
-        }
+            mismatch: vec![0.0; multipliers / (D * D)],
+        })
     }
 
     /// The fields at the end of a step that began with these ones.
@@ -47,6 +53,7 @@ impl SecondGradientState {
         Ok(SecondGradientState {
             double_stress: double_stresses(problem, at)?,
             multipliers: at.unknowns[motion + v..].to_vec(),
+            mismatch: mismatches(problem, at)?,
             gradient: sum.map(|(before, increment)| before + increment).collect(),
             increment,
         })

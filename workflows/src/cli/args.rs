@@ -146,7 +146,8 @@ pub enum Verb {
     ///
     /// `curves.csv` has a row for each committed load step; its head says what the columns mean. `fields.pvd` opens the
     /// mesh in ParaView: displacement, stress, strain and shear_strain at the nodes (smoothed); means of the elements
-    /// for the same and for void_ratio, coordination and rev_cost. `points.pvd` has the Gauss points with the values as
+    /// for the same and for void_ratio, coordination and rev_cost; with a second gradient also v (`gradient`), the
+    /// multiplier, the double stress and how far v and the displacement gradient part. `points.pvd` has the Gauss points with the values as
     /// computed. Stress is positive in tension, strain is logarithmic and positive in extension. Works while another
     /// process computes the run.
     Export(export::Args),

@@ -2,8 +2,11 @@
 //!
 //! A run stores its [`Problem`]; what the program does follows from it alone, not from the YAML it came from.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Deserializer, Serialize};
 use solver_dem::{AnisotropicStress, Sizes, Target};
+use solver_fem::second_gradient::Side;
 
 use super::document::{Box2, OutputSettings, Packings, SolverSettings};
 use super::mesh::Mesh;
@@ -51,6 +54,20 @@ pub struct Body {
     pub regions: Vec<Region>,
     /// Boundary conditions, one per component.
     pub conditions: Vec<Condition>,
+    /// The second gradient, where there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub second_gradient: Option<SecondGradient>,
+}
+
+/// A second gradient.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SecondGradient {
+    /// Modulus D of all elements that are in none of `regions`; stress × length².
+    pub modulus: f64,
+    /// D of these regions, by name; 0 is a region of plain elements.
+    pub regions: BTreeMap<String, f64>,
+    /// Boundaries on which what is held of v does not follow from the displacement.
+    pub sides: BTreeMap<String, Side>,
 }
 
 /// A part of the mesh with its own material.

@@ -19,6 +19,7 @@ mod export;
 mod failed_task;
 mod forecast;
 mod frames;
+mod internal_length;
 mod keeping;
 mod lineage;
 mod list;
@@ -76,6 +77,7 @@ pub use self::keeping::{Doing, Keep};
 use self::open::{explain, find, open, open_existing, store_name};
 pub use self::plan::Intent;
 pub use self::rev_show::RevSource;
+pub use self::rev_test::Extras as RevTestExtras;
 use self::shift::Shift;
 pub use self::shift::Terms;
 pub use self::verify::Sample;
@@ -336,13 +338,13 @@ pub fn rev_prepare(
     rev_prepare::prepare(context, problem, material)
 }
 
-/// Runs the element test of `problem` and reports its curve, without a run in the store; draws it into `plot` too.
+/// Runs the element test of `problem` and reports its curve, without a run in the store, with `extras`.
 pub fn rev_test(
     context: &Context<'_>,
     problem: &Problem,
-    plot: Option<&PictureFile>,
+    extras: &RevTestExtras,
 ) -> Result<Report, Failure> {
-    rev_test::test(context, problem, plot)
+    rev_test::test(context, problem, extras)
 }
 
 /// Reads a packing of another program, brings it to equilibrium and reports its quality.

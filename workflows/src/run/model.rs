@@ -7,7 +7,8 @@ use solver_fem::{
     linear_solver::Method,
     mesh::{Annulus, AnnulusExtent, Mesh, Rectangle},
     newton::{Relaxation, StepSettings, Strategy, TwoPhase},
-    problem::Problem,
+    problem::{Problem, Setup},
+    second_gradient::SecondGradient,
     step_control::StepControlSettings,
 };
 
@@ -87,9 +88,25 @@ fn parts(body: &Body, loads: usize) -> Result<(Problem<2>, Vec<usize>), RunError
     }
     let conditions = conditions(body, &mesh);
     let element = body.mesh.element().plane().element();
-    let problem = Problem::new(mesh, element, conditions, loads)
-        .map_err(|error| RunError::Model(error.to_string()))?;
+    let second_gradient = second_gradient(body, &mesh);
+    let setup = Setup {
+        second_gradient,
+        ..Setup::new(mesh, element, conditions, loads)
+    };
+    let problem = Problem::build(setup).map_err(|error| RunError::Model(error.to_string()))?;
     Ok((problem, materials))
+}
+
+/// The modulus of every region of the mesh.
+fn second_gradient(body: &Body, mesh: &Mesh<2>) -> SecondGradient {
+    let Some(spec) = &body.second_gradient else {
+        return SecondGradient::default();
+    };
+    let of_region = |name: &String| spec.regions.get(name).copied().unwrap_or(spec.modulus);
+    SecondGradient {
+        moduli: mesh.region_names.iter().map(of_region).collect(),
+        sides: spec.sides.clone(),
+    }
 }
 
 fn mesh(mesh: &input::Mesh) -> Result<Mesh<2>, RunError> {

@@ -1,6 +1,6 @@
 //! What is right by the letter of the input and probably not meant. The user reads it once, before the run begins.
 
-use solver_fem::assembly::{Configuration, residual};
+use solver_fem::assembly::{Configuration, Start, residual};
 
 use super::{error::RunError, model::Model};
 use crate::input::{
@@ -62,7 +62,18 @@ fn out_of_balance(
         .flat_map(|p| std::iter::repeat_n([p, 0.0, 0.0, p], per_element).flatten())
         .collect();
     let loads = &problem.programme.initial;
-    let at = Configuration::plain(model.problem.initial(), &stress, loads);
+    let mut unknowns = model.problem.initial().to_vec();
+    unknowns.resize(model.problem.layout().len(), 0.0);
+    let double_stress = vec![0.0; 8 * model.problem.gauss_point_count()];
+    let at = Configuration {
+        unknowns: &unknowns,
+        stress: &stress,
+        loads,
+        start: Start {
+            coordinates: model.problem.initial(),
+            double_stress: &double_stress,
+        },
+    };
     let balance =
         residual(&model.problem, &at).map_err(|error| RunError::State(error.to_string()))?;
     let relative = balance.ratio();

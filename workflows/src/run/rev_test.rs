@@ -7,6 +7,7 @@ use super::{
     Context,
     error::RunError,
     export::{LeftOut, test_curve},
+    internal_length::{self, Softening},
     open::{explain, store_name},
     session::{self, SessionEnd},
     shift::{Shift, Terms},
@@ -21,19 +22,34 @@ use crate::{
     report::Report,
 };
 
+/// What is wanted beside the curve.
+#[derive(Debug, Clone, Default)]
+pub struct Extras {
+    /// A picture of it.
+    pub plot: Option<PictureFile>,
+    /// The width of a band with this second-gradient modulus.
+    pub internal_length: Option<f64>,
+}
+
 /// Computes the element test of `problem` as `submit` would, in a store that is thrown away, and reports the curve that
-/// `export` would write; draws it into `plot` too.
-pub fn test(
-    context: &Context<'_>,
-    problem: &Problem,
-    plot: Option<&PictureFile>,
-) -> Result<Report, Failure> {
+/// `export` would write, with `extras`.
+pub fn test(context: &Context<'_>, problem: &Problem, extras: &Extras) -> Result<Report, Failure> {
     let Model::ElementTest(element_test) = &problem.model else {
         let what = "failed to run the element test: the input describes a body";
         return Err(Failure::new(FailureKind::Usage, what).hint(
             "`femdem-flow submit` computes bodies; an `element_test` takes the place of `mesh`",
         ));
     };
+    if let Some(modulus) = extras.internal_length {
+        let refused = |why: String| Failure::new(FailureKind::Usage, why);
+        if !(modulus > 0.0 && modulus.is_finite()) {
+            return Err(refused(format!(
+                "failed to measure the internal length: D must be positive, it is {modulus}"
+            )));
+        }
+        internal_length::check(element_test)
+            .map_err(|why| refused(format!("failed to measure the internal length: {why}")))?;
+    }
     let failed = |error| explain("run the element test", error);
     let folder = tempfile::tempdir().map_err(|error| {
         let path = std::env::temp_dir();
@@ -62,17 +78,18 @@ pub fn test(
         let what = format!("load step {step} was damaged at once: failed to {what}");
         return Err(failed(RunError::State(what)));
     }
-    let report = Report::new(
-        curve.to_text(),
-        &json!({
-            "name": problem.name.as_str(),
-            "state": run.standing.word(),
-            "steps": run.last_index(),
-            "digest": run.digest(),
-            "rows": rows(&curve),
-        }),
-    );
-    if let Some(file) = plot {
+    let mut data = json!({
+        "name": problem.name.as_str(),
+        "state": run.standing.word(),
+        "steps": run.last_index(),
+        "digest": run.digest(),
+        "rows": rows(&curve),
+    });
+    if let Some(modulus) = extras.internal_length {
+        data["internal_length"] = band(context, &curve, modulus);
+    }
+    let report = Report::new(curve.to_text(), &data);
+    if let Some(file) = &extras.plot {
         let scene = test_picture::draw(problem.name.as_str(), element_test, &curve);
         if let Err(error) = file.write(&scene) {
             // The curve is what took the time: it is reported all the same.
@@ -95,6 +112,55 @@ pub fn test(
             Err(Failure::new(stop.kind(), "the element test was stopped").with(report))
         }
     }
+}
+
+/// Says how wide a band of the modulus is, in notes: the curve alone is the output.
+fn band(context: &Context<'_>, curve: &Table, modulus: f64) -> Value {
+    let column = |name: &str| {
+        curve
+            .columns()
+            .iter()
+            .position(|column| column.name == name)
+    };
+    let (Some(strain), Some(stress)) = (column("eyy"), column("syy")) else {
+        return Value::Null;
+    };
+    let points: Vec<[f64; 2]> = curve
+        .rows()
+        .iter()
+        .map(|row| [-row[strain], -row[stress]])
+        .collect();
+    let softening = match Softening::measure(&points) {
+        Ok(softening) => softening,
+        Err(why) => {
+            context.progress.note(&format!("no internal length: {why}"));
+            return Value::Null;
+        }
+    };
+    let Softening {
+        stiffness,
+        slope,
+        strains: [from, to],
+    } = softening;
+    let width = softening.width(modulus);
+    context.progress.note(&format!(
+        "softening slope H = {slope:.3} between axial strains {from:.4} and {to:.4}; E = {stiffness:.1} at the start"
+    ));
+    context.progress.note(&format!(
+        "with D = {modulus} a band is about {width:.3} wide: 5 elements across it where they are {:.3} long, 3 where {:.3}",
+        width / 5.0,
+        width / 3.0
+    ));
+    let unit = softening.modulus(1.0);
+    context
+        .progress
+        .note(&format!("for a band of width w choose D = {unit:.3} w²"));
+    json!({
+        "modulus": modulus,
+        "width": width,
+        "modulus_of_unit_width": unit,
+        "softening": softening,
+    })
 }
 
 /// The rows of a table, each under the names of its columns.

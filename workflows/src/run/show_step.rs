@@ -43,7 +43,13 @@ pub fn report(view: &View, run: &RunView, step: &StepView) -> Result<Report, Run
     match &run.manifest.problem.model {
         InputModel::Body(body) => {
             let dearest = dearest(&reader)?;
-            let forces = forces(&reader, body, run.manifest.problem.loads.len())?;
+            let (model, state) = at(&reader, body, run.manifest.problem.loads.len())?;
+            let forces = forces(&model, body, &state);
+            if state.second_gradient.is_some() {
+                let (text, figures) = tied(&model, &state);
+                out.push_str(&text);
+                data["second_gradient"] = figures;
+            }
             out.push('\n');
             out.push_str(&force_table(&forces).render("  "));
             if !dearest.is_empty() {
@@ -179,6 +185,7 @@ fn sweep_table(step: &StepView) -> String {
         ("provisional", Right),
         ("safeguarded", Right),
         ("linear residual", Right),
+        ("mismatch of v", Right),
     ]);
     for sweep in &step.summary.sweeps {
         table.row([
@@ -190,6 +197,10 @@ fn sweep_table(step: &StepView) -> String {
             sweep.provisional.to_string(),
             sweep.safeguarded.to_string(),
             format!("{:.1e}", sweep.linear_residual),
+            // Without a second gradient there is none, and an empty column is left out.
+            sweep
+                .mismatch
+                .map_or_else(String::new, |m| format!("{m:.1e}")),
         ]);
     }
     format!("\n{}", table.render("  "))
@@ -222,17 +233,57 @@ impl BoundaryForce {
     }
 }
 
-fn forces(reader: &StepReader, body: &Body, loads: usize) -> Result<Vec<BoundaryForce>, RunError> {
+/// The body and its macro state at a step.
+fn at(reader: &StepReader, body: &Body, loads: usize) -> Result<(Model, MacroState<2>), RunError> {
     let id = FrameId::new(MACRO, 0);
     let state: MacroState<2> = decode(id, &reader.frame(id)?)?;
     let model = Model::new(body, loads)?;
     state
         .check(&model.problem)
         .map_err(|error| RunError::State(error.to_string()))?;
-    Ok(super::export::places(&model, body)
+    Ok((model, state))
+}
+
+fn forces(model: &Model, body: &Body, state: &MacroState<2>) -> Vec<BoundaryForce> {
+    super::export::places(model, body)
         .into_iter()
-        .map(|(name, target)| at_boundary(&model, name, &target, &state))
-        .collect())
+        .map(|(name, target)| at_boundary(model, name, &target, state))
+        .collect()
+}
+
+/// How well a second gradient holds the elements together: a multiplier that is constant in an element leaves its
+/// Gauss points free to part.
+fn tied(model: &Model, state: &MacroState<2>) -> (String, Value) {
+    let problem = &model.problem;
+    let gradients = post::deformation_gradients(problem, &state.coordinates);
+    let strain: Vec<f64> = gradients
+        .iter()
+        .map(|f| post::second_invariant(&post::logarithmic(f)))
+        .collect();
+    let mismatch = state
+        .second_gradient
+        .iter()
+        .flat_map(|fields| &fields.mismatch);
+    let mismatch = mismatch.copied().fold(0.0, f64::max);
+    let mut text = format!(
+        "\n  second gradient  grad u and v part by {mismatch:.1e} at most inside an element\n"
+    );
+    let Some(spread) = post::spread(problem, &strain) else {
+        return (text, json!({ "mismatch": mismatch }));
+    };
+    let _ = writeln!(
+        text,
+        "                   shear strain: {:.1e} between Gauss points of an element, {:.1e} between neighbours; most in e{} ({:.1e})",
+        spread.inside, spread.between, spread.worst, spread.worst_inside
+    );
+    let figures = json!({
+        "mismatch": mismatch,
+        "spread_inside": spread.inside,
+        "spread_between": spread.between,
+        "worst_element": spread.worst,
+        "worst_inside": spread.worst_inside,
+    });
+    (text, figures)
 }
 
 fn at_boundary(

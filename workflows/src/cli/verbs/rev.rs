@@ -7,7 +7,7 @@ use crate::failure::Failure;
 use crate::input;
 use crate::plot::PictureFile;
 use crate::report::Report;
-use crate::run::{self, Context, RevSource};
+use crate::run::{self, Context, RevSource, RevTestExtras};
 
 #[derive(Debug, clap::Subcommand)]
 pub enum Verb {
@@ -32,6 +32,9 @@ pub enum Verb {
         /// Draw stress ratio and volume strain too, into this PNG or SVG.
         #[arg(long, value_name = "PICTURE")]
         plot: Option<PictureFile>,
+        /// Say too how wide a band is with this second-gradient modulus, from the softening in a biaxial test.
+        #[arg(long, value_name = "D", allow_negative_numbers = true)]
+        internal_length: Option<f64>,
     },
     /// Draw a REV: its grains, the forces between them, and how both are directed.
     ///
@@ -70,7 +73,17 @@ pub fn perform(verb: &Verb, context: &Context<'_>) -> Result<Report, Failure> {
         Verb::Prepare { file, material } => {
             run::rev_prepare(context, &input::load(file)?, material.as_deref())
         }
-        Verb::Test { file, plot } => run::rev_test(context, &input::load(file)?, plot.as_ref()),
+        Verb::Test {
+            file,
+            plot,
+            internal_length,
+        } => {
+            let extras = RevTestExtras {
+                plot: plot.clone(),
+                internal_length: *internal_length,
+            };
+            run::rev_test(context, &input::load(file)?, &extras)
+        }
         Verb::Show { source, output } => run::rev_show(context, source, output.as_ref()),
         Verb::Import { packing } => run::rev_import(context, packing),
         Verb::Export { rev, into } => run::rev_export(context, rev, into),

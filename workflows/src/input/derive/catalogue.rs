@@ -223,6 +223,19 @@ impl Collector<'_> {
                         .or_default()
                         .push(kind);
                 }
+                if let Some(spec) = &body.second_gradient {
+                    let path = root.key("second_gradient");
+                    self.leaf(&path.key("D"), spec.modulus.to_string());
+                    for (region, modulus) in &spec.regions {
+                        let path = path.key("regions").key(region.as_str());
+                        self.leaf(&path, modulus.to_string());
+                    }
+                    for (on, side) in &spec.sides {
+                        let side = words(side, &problem.loads);
+                        let of = of_boundary.entry(on.clone()).or_default();
+                        of.push(format!("gradient {side}"));
+                    }
+                }
                 for (on, kinds) in of_boundary {
                     let line = self.condition_line(&on);
                     let path = root.key("boundary").key(on);

@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::Gradient;
+
 /// One condition: `on` a boundary or node, exactly one of `displacement`, `pressure`, `traction`.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -10,12 +12,15 @@ pub struct Condition {
     /// Name of the boundary, or of the node (displacement only).
     pub on: String,
     /// Displacement from the initial position; a component that is not given is free. Zero along the normal makes a
-    /// plane of symmetry or a smooth platen.
+    /// plane of symmetry or a smooth platen (which a second gradient tells apart, see `gradient`).
     pub displacement: Option<Components>,
     /// Pressure normal to the deforming boundary, positive in compression.
     pub pressure: Option<Amount>,
     /// Force per initial length, keeping its direction: components along x and y.
     pub traction: Option<[Amount; 2]>,
+    /// With a second gradient: what is held of v on this boundary. Left out, it follows from the displacement
+    /// (`platen`); on the cuts of a ring it is `symmetry`.
+    pub gradient: Option<Gradient>,
 }
 
 /// Components of a vector.

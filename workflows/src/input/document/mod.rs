@@ -10,6 +10,7 @@ mod material;
 mod mesh;
 mod packing;
 mod programme;
+mod second_gradient;
 mod settings;
 
 use std::collections::BTreeMap;
@@ -23,6 +24,7 @@ pub use material::{Elastic, Material, Packings, Rev};
 pub use mesh::{Annulus, Box2, Element, Gmsh, Mesh, Rectangle, Region, Sector};
 pub use packing::{Fraction, Means, Sizes, Target};
 pub use programme::Stage;
+pub use second_gradient::{Gradient, SecondGradient};
 pub use settings::{Field, LinearSolver, LossOfConfinement, OutputSettings, SolverSettings};
 
 /// The input of one run of femdem-flow.
@@ -50,6 +52,8 @@ pub struct Document {
     /// Parts of the mesh of another material. Where two of them overlap, the later one holds.
     #[serde(default)]
     pub regions: Vec<Region>,
+    /// A second gradient, against bands as thin as the mesh. Left out, the elements are plain.
+    pub second_gradient: Option<SecondGradient>,
     /// Quantities that the load programme drives, each with its initial value.
     #[serde(default)]
     pub loads: BTreeMap<String, f64>,

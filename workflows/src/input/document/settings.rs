@@ -126,11 +126,13 @@ pub enum Field {
     Coordination,
     /// CPU time of the REV in this step, in seconds.
     RevCost,
+    /// Where there is a second gradient: v, double stress, multiplier, and how well v is tied to the displacement.
+    SecondGradient,
 }
 
 impl Field {
     /// All fields, in the order of the files.
-    pub const ALL: [Field; 7] = [
+    pub const ALL: [Field; 8] = [
         Field::Displacement,
         Field::Stress,
         Field::Strain,
@@ -138,5 +140,6 @@ impl Field {
         Field::VoidRatio,
         Field::Coordination,
         Field::RevCost,
+        Field::SecondGradient,
     ];
 }

@@ -13,6 +13,7 @@ mod packing;
 mod programme;
 mod read;
 mod rigid;
+mod second_gradient;
 
 use std::collections::BTreeSet;
 use std::path::Path as FilePath;
@@ -86,7 +87,7 @@ fn model(
     let root = Path::root();
     let has = |reader: &Reader<'_, '_>, key: &str| reader.report.tree().entry(key).is_some();
     if has(reader, "element_test") {
-        for key in ["mesh", "regions", "boundary"] {
+        for key in ["mesh", "regions", "boundary", "second_gradient"] {
             if has(reader, key) {
                 let message = format!("`{key}` and `element_test` exclude each other");
                 reader.report.at_key(
@@ -121,11 +122,18 @@ fn model(
     if conditions.is_some() {
         loads.report_idle(reader);
     }
+    let second_gradient = second_gradient::read(
+        reader,
+        mesh.as_ref(),
+        regions.as_deref(),
+        conditions.as_deref(),
+    );
     Some(Model::Body(Body {
         mesh: mesh?,
         material: material?,
         regions: regions?,
         conditions: conditions?,
+        second_gradient: second_gradient?,
     }))
 }
 

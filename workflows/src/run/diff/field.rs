@@ -68,7 +68,7 @@ pub fn write(
     if !alike || mesh.nodes != other.nodes || mesh.connectivity != other.connectivity {
         return Err(FieldError::OtherMesh);
     }
-    let displacement = |run: &RunView| -> Result<Vec<[f64; 2]>, FieldError> {
+    let displacement = |run: &RunView, model: &Model| -> Result<Vec<[f64; 2]>, FieldError> {
         // The initial state has moved nowhere.
         if step.0 == 0 {
             return Ok(vec![[0.0; 2]; mesh.nodes.len()]);
@@ -77,12 +77,15 @@ pub fn write(
         let reader = view.store.step(run.id(), step).map_err(RunError::from)?;
         let bytes = reader.frame(id).map_err(RunError::from)?;
         let state: MacroState<2> = decode(id, &bytes).map_err(RunError::from)?;
-        let checked = state.check(&first.problem);
+        let checked = state.check(&model.problem);
         checked.map_err(|error| RunError::State(error.to_string()))?;
         let nodes = 0..mesh.nodes.len();
         Ok(nodes.map(|node| state.displacement_of(node)).collect())
     };
-    let (displacement, other) = (displacement(&runs[0])?, displacement(&runs[1])?);
+    let (displacement, other) = (
+        displacement(&runs[0], &first)?,
+        displacement(&runs[1], &second)?,
+    );
     let difference: Vec<[f64; 2]> = displacement
         .iter()
         .zip(&other)

@@ -11,6 +11,15 @@
 //! | cells | `rev_cost` | CPU seconds of the element's REVs in the step |
 //! | cells | `region`, `material` | numbers, from 0 |
 //!
+//! With a second gradient, and NaN where elements are plain:
+//!
+//! | data | array | meaning |
+//! |---|---|---|
+//! | points | `gradient` | v, the sum of its increments: what stands for the displacement gradient |
+//! | cells | `multiplier` | λ, the stress that ties v to it; row by row |
+//! | cells | `double_stress` | √(χ:χ), mean over the Gauss points |
+//! | cells | `gradient_mismatch` | how far the displacement gradient of the last step and v part inside the element, over its size: what a λ constant in the element leaves |
+//!
 //! `points-<step>.vtu` has one vertex a Gauss point, at its initial position, with `displacement`, `element`,
 //! `gauss_point` and the values as computed; `rev_cost` is the mean of the element there.
 //!
@@ -23,7 +32,7 @@ use std::path::Path;
 
 use solver_fem::{Tensor2, newton::MacroState, post};
 
-use super::{ExportError, body::BodyResults};
+use super::{ExportError, body::BodyResults, second_gradient};
 use crate::{
     input::Field,
     output::vtu::{self, Array, CellKind, Grid, Values},
@@ -96,7 +105,11 @@ impl PointFields {
             Field::ShearStrain => Some(&self.shear_strain),
             Field::VoidRatio => Some(&self.void_ratio),
             Field::Coordination => Some(&self.coordination),
-            Field::Displacement | Field::Stress | Field::Strain | Field::RevCost => None,
+            Field::Displacement
+            | Field::Stress
+            | Field::Strain
+            | Field::RevCost
+            | Field::SecondGradient => None,
         }
     }
 
@@ -120,11 +133,12 @@ fn name(field: Field) -> &'static str {
         Field::VoidRatio => "void_ratio",
         Field::Coordination => "coordination",
         Field::RevCost => "rev_cost",
+        Field::SecondGradient => "second_gradient",
     }
 }
 
 /// An array that owns its values.
-struct Owned {
+pub(super) struct Owned {
     name: &'static str,
     values: OwnedValues,
 }
@@ -136,10 +150,17 @@ enum OwnedValues {
 }
 
 impl Owned {
-    fn scalar(name: &'static str, values: Vec<f64>) -> Self {
+    pub fn scalar(name: &'static str, values: Vec<f64>) -> Self {
         Self {
             name,
             values: OwnedValues::Scalar(values),
+        }
+    }
+
+    pub fn tensor(name: &'static str, values: Vec<Tensor2<2>>) -> Self {
+        Self {
+            name,
+            values: OwnedValues::Tensor(values),
         }
     }
 
@@ -180,14 +201,8 @@ fn write_mesh(
                 .chunks_exact(4)
                 .map(|t| [[t[0], t[1]], [t[2], t[3]]])
                 .collect();
-            at_nodes.push(Owned {
-                name,
-                values: OwnedValues::Tensor(smooth),
-            });
-            at_cells.push(Owned {
-                name,
-                values: OwnedValues::Tensor(mean_tensors(values, per_element)),
-            });
+            at_nodes.push(Owned::tensor(name, smooth));
+            at_cells.push(Owned::tensor(name, mean_tensors(values, per_element)));
         } else if let Some(values) = points.scalar(field) {
             // Where elastic elements lie beside grains, the mean of a node would be NaN on both sides.
             if field == Field::ShearStrain {
@@ -204,6 +219,10 @@ fn write_mesh(
             });
         } else if field == Field::RevCost {
             at_cells.push(Owned::scalar(name, points.cost.clone()));
+        } else if field == Field::SecondGradient {
+            let (nodes, cells) = second_gradient::over_mesh(problem, state);
+            at_nodes.extend(nodes);
+            at_cells.extend(cells);
         }
     }
     at_cells.push(Owned::scalar(
@@ -251,10 +270,7 @@ fn write_points(
     for &field in wanted {
         let name = name(field);
         if let Some(values) = points.tensor(field) {
-            data.push(Owned {
-                name,
-                values: OwnedValues::Tensor(values.to_vec()),
-            });
+            data.push(Owned::tensor(name, values.to_vec()));
         } else if let Some(values) = points.scalar(field) {
             data.push(Owned::scalar(name, values.to_vec()));
         } else if field == Field::Displacement {
@@ -273,6 +289,8 @@ fn write_points(
                 name,
                 points.cost.iter().flat_map(share).collect(),
             ));
+        } else if field == Field::SecondGradient {
+            data.extend(second_gradient::at_points(state));
         }
     }
     let connectivity: Vec<u32> = (0..initial.len() as u32).collect();

@@ -10,6 +10,7 @@ mod body;
 mod curves;
 mod fields;
 mod left_out;
+mod second_gradient;
 mod test_curve;
 
 use std::path::{Path, PathBuf};
