@@ -114,6 +114,17 @@ impl Pattern {
         (place != Self::SKIP).then_some(place as usize)
     }
 
+    /// Adds a dense element matrix, row by row, to values on this pattern; prescribed rows and columns are
+    /// left out.
+    pub(crate) fn scatter(&self, element: usize, matrix: &[f64], values: &mut [f64]) {
+        let places = &self.scatter[self.scatter_starts[element]..][..matrix.len()];
+        for (&place, value) in places.iter().zip(matrix) {
+            if place != Self::SKIP {
+                values[place as usize] += value;
+            }
+        }
+    }
+
     /// y = A·x for values on this pattern.
     pub fn multiply(&self, values: &[f64], x: &[f64]) -> Vec<f64> {
         let mut y = vec![0.0; self.size];

@@ -44,35 +44,47 @@ pub fn tangent<const D: usize>(
         values: vec![0.0; pattern.entry_count()],
         prescribed: vec![0.0; pattern.size],
     };
-    let mut add = |element: usize, row: usize, column: usize, value: f64| {
-        if let Some(entry) = pattern.entry(element, row, column) {
-            system.values[entry] += value;
-            return;
-        }
-        // Prescribed components of v do not move within a step.
-        let nodes = mesh.element(element);
-        let Some(node) = nodes.get(column / D) else {
-            return;
-        };
-        let equations = pattern.element_equations(element);
-        if let (Some(row), None) = (equations[row], equations[column]) {
-            system.prescribed[row as usize] += value * prescribed[node * D + column % D];
-        }
+    // What a prescribed displacement adds; prescribed components of v do not move within a step.
+    let moved = |element: usize, column: usize| -> Option<f64> {
+        let node = mesh.element(element).get(column / D)?;
+        let held = pattern.element_equations(element)[column].is_none();
+        held.then(|| prescribed[node * D + column % D])
     };
+    let LinearSystem {
+        values,
+        prescribed: forces,
+    } = &mut system;
     let mut stiffness = Vec::new();
     for element in 0..mesh.element_count() {
-        let size = pattern.element_equations(element).len();
         element_tangent(problem, at, tangents, element, &mut stiffness)?;
-        for row in 0..size {
-            for column in 0..size {
-                add(element, row, column, stiffness[row * size + column]);
+        pattern.scatter(element, &stiffness, values);
+        let equations = pattern.element_equations(element);
+        for column in 0..equations.len() {
+            let Some(moved) = moved(element, column) else {
+                continue;
+            };
+            for (row, equation) in equations.iter().enumerate() {
+                if let Some(equation) = equation {
+                    forces[*equation as usize] += stiffness[row * equations.len() + column] * moved;
+                }
             }
         }
     }
     let positions = &at.unknowns[..problem.layout().displacement_count()];
-    problem
-        .surface_loads()
-        .stiffness::<D>(positions, at.loads, &mut add);
+    problem.surface_loads().stiffness::<D>(
+        positions,
+        at.loads,
+        &mut |element: usize, row: usize, column: usize, value: f64| {
+            if let Some(entry) = pattern.entry(element, row, column) {
+                values[entry] += value;
+            } else if let (Some(equation), Some(moved)) = (
+                pattern.element_equations(element)[row],
+                moved(element, column),
+            ) {
+                forces[equation as usize] += value * moved;
+            }
+        },
+    );
     Ok(system)
 }
 

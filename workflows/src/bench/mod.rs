@@ -2,6 +2,8 @@
 
 mod cycles;
 mod increments;
+pub mod macro_scale;
+mod memory;
 pub mod rev;
 mod specimen;
 mod statistics;
