@@ -183,6 +183,54 @@ impl fmt::Display for RunAddress {
     }
 }
 
+/// Which load steps of a run a picture shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StepSpan {
+    /// All of them, or the last one: none is named.
+    Whole,
+    /// One.
+    At(StepSelector),
+    /// What happened from the first to the second.
+    Between(StepSelector, StepSelector),
+}
+
+/// A run and the steps of it that a picture shows: `hollow`, `hollow@12`, `hollow@12..20`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PlotAddress {
+    /// The run.
+    pub run: RunName,
+    /// The steps.
+    pub steps: StepSpan,
+}
+
+impl FromStr for PlotAddress {
+    type Err = AddressError;
+
+    fn from_str(text: &str) -> Result<Self, AddressError> {
+        let (run, steps) = match text.split_once('@') {
+            None => (text, StepSpan::Whole),
+            Some((run, steps)) => match steps.split_once("..") {
+                None => (run, StepSpan::At(steps.parse()?)),
+                Some((from, to)) => (run, StepSpan::Between(from.parse()?, to.parse()?)),
+            },
+        };
+        Ok(Self {
+            run: run.parse()?,
+            steps,
+        })
+    }
+}
+
+impl fmt::Display for PlotAddress {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.steps {
+            StepSpan::Whole => write!(f, "{}", self.run),
+            StepSpan::At(step) => write!(f, "{}@{step}", self.run),
+            StepSpan::Between(from, to) => write!(f, "{}@{from}..{to}", self.run),
+        }
+    }
+}
+
 /// Where in the mesh a REV sits: `e46.2` is element 46, Gauss point 2, both counted from 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct RevPlace {
@@ -263,6 +311,29 @@ fn whole_number(text: &str) -> Option<u64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_span_of_steps_reads_back_as_it_is_written() {
+        for text in [
+            "hollow",
+            "hollow@12",
+            "hollow@last",
+            "hollow@12..20",
+            "hollow@0..last",
+        ] {
+            assert_eq!(text.parse::<PlotAddress>().unwrap().to_string(), text);
+        }
+        for text in [
+            "hollow@",
+            "hollow@12..",
+            "hollow@..12",
+            "hollow@1..2..3",
+            "@1..2",
+            "hollow@1:e0.0",
+        ] {
+            assert!(text.parse::<PlotAddress>().is_err(), "{text}");
+        }
+    }
 
     #[test]
     fn addresses_read_back_what_they_print() {

@@ -7,8 +7,8 @@ use clap::{Args, Parser, Subcommand};
 
 use super::display::Format;
 use super::verbs::{
-    bench, branch, completions, control, diff, export, import, keeping, plan, replay, resume, rev,
-    show, status, store, submit, verify,
+    bench, branch, completions, control, diff, export, import, keeping, plan, plot, replay, resume,
+    rev, show, status, store, submit, verify,
 };
 
 const EXIT_CODES: &str = "\
@@ -156,6 +156,13 @@ pub enum Verb {
     /// All of them come in or none does, whatever is damaged or crashes. They resume, branch and replay with the bits that they
     /// had where they come from. Ancestors that the store has with the same load steps are shared.
     Import(import::Args),
+    /// Draw a run: a quantity on its mesh, or its curves.
+    ///
+    /// `plot hollow@20` colours the deformed mesh by the shear strain; `--field` chooses another quantity.
+    /// `plot hollow@12..20` shows what came about between two steps, the standard picture of shear bands.
+    /// `plot hollow hollow-2 --curve=-uy_top,-fy_top` draws columns of `curves.csv` over one another, for several runs.
+    /// Pictures are PNG or SVG; fonts are built in. Works while another process computes the run.
+    Plot(plot::Args),
     /// Prepare, test, draw, import and export assemblies of grains (REVs).
     #[command(subcommand)]
     Rev(rev::Verb),

@@ -122,6 +122,12 @@ impl Table {
         text
     }
 
+    /// The table with those of its rows that `wanted` keeps.
+    pub fn filtered(mut self, wanted: impl Fn(&[f64]) -> bool) -> Self {
+        self.rows.retain(|row| wanted(row));
+        self
+    }
+
     /// Writes the table to `path`.
     ///
     /// # Errors

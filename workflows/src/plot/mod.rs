@@ -4,6 +4,7 @@
 //! draws ticks and curves, [`palette`] has the colours. Fonts are built in: a picture looks the same on every machine.
 
 mod axes;
+pub mod colourmap;
 mod file;
 mod label;
 pub mod palette;
@@ -13,6 +14,7 @@ mod ticks;
 
 pub use self::axes::{Axes, Curve, Range, Secondary};
 pub use self::file::{PictureError, PictureFile, PictureFileError};
+pub use self::palette::Colour;
 pub use self::raster::RasterError;
 pub use self::scene::{Anchor, Paint, Scene, Text};
 pub use self::ticks::{labels, minus, ticks};

@@ -20,3 +20,9 @@ pub const VERMILION: Colour = "#d55e00";
 pub const GREEN: Colour = "#009e73";
 /// What is picked out: sliding contacts.
 pub const YELLOW: Colour = "#f0e442";
+/// The fourth.
+pub const PURPLE: Colour = "#cc79a7";
+/// The fifth.
+pub const ORANGE: Colour = "#e69f00";
+/// The sixth.
+pub const SKY: Colour = "#56b4e9";

@@ -208,6 +208,35 @@ impl Scene {
         ));
     }
 
+    /// Closed shapes of one colour that touch others: a thin line of the same colour closes the seams between them.
+    pub fn tiles(&mut self, shapes: &[Vec<[f64; 2]>], colour: Colour) {
+        self.path(shapes, "Z", &Paint::fill(colour).outlined(colour, 0.6));
+    }
+
+    /// Lines through points, all alike.
+    pub fn lines(&mut self, lines: &[Vec<[f64; 2]>], paint: &Paint) {
+        self.path(lines, "", paint);
+    }
+
+    /// Many shapes as one, so that a picture of many is no large file.
+    fn path(&mut self, shapes: &[Vec<[f64; 2]>], end: &str, paint: &Paint) {
+        if shapes.is_empty() {
+            return;
+        }
+        let mut text = String::new();
+        for shape in shapes {
+            for (k, [x, y]) in shape.iter().enumerate() {
+                let letter = if k == 0 { 'M' } else { 'L' };
+                write!(text, "{letter}{x:.2} {y:.2}").expect("a String takes everything");
+            }
+            text.push_str(end);
+        }
+        self.add(format_args!(
+            r#"<path d="{text}"{} stroke-linejoin="round" stroke-linecap="round"/>"#,
+            paint.attributes()
+        ));
+    }
+
     /// A line of text.
     pub fn text(&mut self, at: [f64; 2], text: &Text<'_>) {
         let anchor = match text.anchor {

@@ -9,6 +9,7 @@ pub mod export;
 pub mod import;
 pub mod keeping;
 pub mod plan;
+pub mod plot;
 pub mod replay;
 pub mod resume;
 pub mod rev;
@@ -46,6 +47,7 @@ pub fn perform(verb: &Verb, context: &Context<'_>) -> Result<Report, Failure> {
         Verb::Continue(args) => control::go_on(args, context),
         Verb::Export(args) => export::perform(args, context),
         Verb::Import(args) => import::perform(args, context),
+        Verb::Plot(args) => plot::perform(args, context),
         Verb::Replay(args) => replay::perform(args, context),
         Verb::Verify(args) => verify::perform(args, context),
         Verb::Diff(args) => diff::perform(args, context),

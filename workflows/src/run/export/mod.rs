@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 use serde_json::json;
 use solver_fem::boundary::Target;
 
-use self::body::BodyResults;
+pub use self::body::BodyResults;
 pub use self::{left_out::LeftOut, test_curve::test_curve};
 use super::{
     Context,
@@ -35,7 +35,11 @@ use crate::{
         Programme,
         problem::{Body, Model as InputModel},
     },
-    output::{WriteError, csv::Column, pvd},
+    output::{
+        WriteError,
+        csv::{Column, Table},
+        pvd,
+    },
     report::Report,
 };
 
@@ -57,6 +61,16 @@ impl From<store::ReadError> for ExportError {
 }
 
 impl ExportError {
+    /// What went wrong with `what`, where nothing was written.
+    pub fn explain(self, what: &str) -> Failure {
+        match self {
+            Self::Run(error) => explain(what, error),
+            Self::Write(_) => {
+                Failure::new(FailureKind::Run, format!("failed to {what}")).because(self)
+            }
+        }
+    }
+
     /// The same as the command line says it.
     pub fn into_failure(self, run: &store::RunName) -> Failure {
         match self {
@@ -185,6 +199,22 @@ fn write(
     pvd::write(&folder.join(POINTS), &points)?;
     files.extend([FIELDS.to_owned(), POINTS.to_owned()]);
     Ok(files)
+}
+
+/// The curves of a run: one row for each committed step that can be read.
+///
+/// # Errors
+/// A step that cannot be read.
+pub fn table(view: &View, run: &RunView) -> Result<Table, ExportError> {
+    let InputModel::Body(body) = &run.manifest.problem.model else {
+        return Ok(test_curve(view, run)?);
+    };
+    let results = BodyResults::open(view, run, body)?;
+    let mut table = curves::Curves::new(run, &results, body);
+    for step in run.steps.iter().filter(|step| step.record.is_sound()) {
+        table.push(step, &results.state(step)?)?;
+    }
+    Ok(table.finish())
 }
 
 /// Fields are written for every so many steps, and for the first and the last.
