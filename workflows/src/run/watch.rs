@@ -14,8 +14,8 @@ use super::{
     frames::ANSWER,
     keeping::in_words,
     open::find,
+    place::points_per_element,
     queue,
-    show::POINTS_PER_ELEMENT,
     view::{Standing, View},
 };
 use crate::{
@@ -193,6 +193,8 @@ struct Mirror<'a> {
     wave: Option<(StepIndex, WaveIndex)>,
     count: FrameCount,
     shown: u64,
+    /// Answers that a task gives.
+    answers: u64,
 }
 
 impl<'a> Mirror<'a> {
@@ -205,6 +207,10 @@ impl<'a> Mirror<'a> {
             wave: None,
             count: FrameCount::default(),
             shown: 0,
+            answers: view
+                .read(id)
+                .map_or(1, |run| points_per_element(&run) as u64)
+                .max(1),
         }
     }
 
@@ -299,7 +305,7 @@ impl<'a> Mirror<'a> {
             .view
             .store
             .count_frames(self.id, step, wave, ANSWER, &mut self.count);
-        let done = frames / POINTS_PER_ELEMENT;
+        let done = frames / self.answers;
         while self.shown < done {
             self.context.progress.task_done();
             self.shown += 1;
