@@ -88,7 +88,7 @@ pub use self::shift::{Sharing, Terms};
 pub use self::supervision::{Restart, Supervision, note_restart};
 pub use self::verify::Sample;
 use crate::address::{RevAddress, RunAddress, RunName};
-use crate::failure::{Failure, FailureKind};
+use crate::failure::Failure;
 use crate::input::{Problem, derive::Scope};
 use crate::plot::PictureFile;
 use crate::progress::Progress;
