@@ -1,7 +1,7 @@
 //! Holding a run up for a while.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 use tokio::sync::watch;
 
@@ -29,7 +29,23 @@ pub struct PauseToken {
 #[derive(Debug)]
 struct Shared {
     asked: watch::Sender<bool>,
-    still: AtomicBool,
+    still: Mutex<Still>,
+}
+
+/// Standing still.
+#[derive(Debug, Default)]
+struct Still {
+    /// Since when.
+    since: Option<Instant>,
+    /// For how long before that.
+    before: Duration,
+}
+
+impl Shared {
+    fn still(&self) -> MutexGuard<'_, Still> {
+        // Nothing panics while it holds the lock.
+        self.still.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 impl PauseToken {
@@ -38,7 +54,7 @@ impl PauseToken {
         Self {
             shared: Arc::new(Shared {
                 asked: watch::Sender::new(false),
-                still: AtomicBool::new(false),
+                still: Mutex::default(),
             }),
         }
     }
@@ -55,11 +71,17 @@ impl PauseToken {
 
     /// What was asked, and whether the run has come to it.
     pub fn state(&self) -> PauseState {
-        match (self.is_asked(), self.shared.still.load(Ordering::Acquire)) {
+        match (self.is_asked(), self.shared.still().since.is_some()) {
             (false, _) => PauseState::Running,
             (true, false) => PauseState::Pausing,
             (true, true) => PauseState::Paused,
         }
+    }
+
+    /// For how long the run has stood still in all: a measurement, to be taken off others.
+    pub fn stood_still(&self) -> Duration {
+        let still = self.shared.still();
+        still.before + still.since.map_or(Duration::ZERO, |since| since.elapsed())
     }
 
     pub(crate) fn is_asked(&self) -> bool {
@@ -72,7 +94,15 @@ impl PauseToken {
 
     /// The scheduler says whether anything runs.
     pub(crate) fn stands_still(&self, still: bool) {
-        self.shared.still.store(still, Ordering::Release);
+        let mut state = self.shared.still();
+        match (state.since, still) {
+            (None, true) => state.since = Some(Instant::now()),
+            (Some(since), false) => {
+                state.since = None;
+                state.before += since.elapsed();
+            }
+            (None, false) | (Some(_), true) => {}
+        }
     }
 
     fn ask(&self, pause: bool) {

@@ -58,6 +58,8 @@ fn a_paused_run_starts_nothing_and_delivers_what_runs() {
         run_blocking(graph, &mut script, pool(2), options).unwrap()
     });
     assert_eq!(pause.state(), PauseState::Running);
+    let still = pause.stood_still();
+    assert!(still >= 50 * MS && still < summary.wall, "{still:?}");
     assert_eq!((summary.end, summary.succeeded), (RunEnd::Complete, 52));
     assert_eq!(script.ended.joins, [join]);
     for (seed, &id) in wave[2..].iter().enumerate() {

@@ -10,6 +10,7 @@ use crate::files;
 use crate::id::{Digest, RunName, StepAddress};
 use crate::label;
 use crate::layout::{Layout, RunFile};
+use crate::queue::Queue;
 use crate::run;
 use crate::source::Source;
 use crate::step::{StepHealth, StepReader};
@@ -111,7 +112,26 @@ pub(crate) fn files(source: &impl Source, depth: Depth) -> Result<CheckReport, C
         ));
     }
     check_cache(layout, depth, &mut report)?;
+    check_queue(layout, &mut report)?;
     Ok(report)
+}
+
+fn check_queue(layout: &Layout, report: &mut CheckReport) -> Result<(), CheckError> {
+    let queue = Queue::of(layout.root());
+    for entry in queue.entries()? {
+        if let Err(what) = &entry.payload {
+            report.findings.push(Finding::new(
+                Severity::Damage,
+                &layout.queue(),
+                &format!(
+                    "number {} of the queue cannot be read: failed to {what}",
+                    entry.id
+                ),
+                "remove it from the queue and queue the work again",
+            ));
+        }
+    }
+    Ok(())
 }
 
 type Digests = BTreeMap<StepAddress, (Digest, Option<(StepAddress, Digest)>)>;

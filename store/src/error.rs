@@ -109,6 +109,17 @@ fn holder_text(pid: Option<u32>, host: Option<&str>) -> String {
     }
 }
 
+/// Queueing something failed.
+#[derive(Debug, Error)]
+pub enum QueueError {
+    /// The operating system refused.
+    #[error(transparent)]
+    Io(#[from] IoFailure),
+    /// It cannot be stored.
+    #[error(transparent)]
+    Frame(#[from] FrameError),
+}
+
 /// Reading something committed failed.
 #[derive(Debug, Error)]
 pub enum ReadError {

@@ -16,15 +16,20 @@ pub(crate) fn temporary(path: &Path) -> PathBuf {
 /// Replaces `path` by `bytes`: a crash leaves the old file or the new one, never a mixture.
 pub(crate) fn write_atomic(path: &Path, bytes: &[u8]) -> Result<(), IoFailure> {
     let tmp = temporary(path);
-    let written = File::create(&tmp)
-        .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
-        .map_err(IoFailure::of("write", &tmp));
-    if let Err(error) = written {
-        // Best effort: a full disk is the usual reason, and the torn file would keep it full.
-        let _ = fs::remove_file(&tmp);
-        return Err(error);
-    }
+    write_synced(&tmp, bytes)?;
     rename_durably(&tmp, path)
+}
+
+/// Writes a file that nobody looks at yet; nothing of it is left after a failure.
+pub(crate) fn write_synced(path: &Path, bytes: &[u8]) -> Result<(), IoFailure> {
+    let written = File::create(path)
+        .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
+        .map_err(IoFailure::of("write", path));
+    if written.is_err() {
+        // Best effort: a full disk is the usual reason, and the torn file would keep it full.
+        let _ = fs::remove_file(path);
+    }
+    written
 }
 
 /// Renames and makes the new name survive a power cut.

@@ -33,6 +33,10 @@ pub(crate) fn read(layout: &Layout) -> Result<Found, OpenError> {
         Ok(bytes) => parse(layout, &bytes),
         Err(error) if error.kind() == io::ErrorKind::NotFound => {
             let entries = files::list(layout.root())?;
+            if entries.iter().any(|name| name == "FORMAT") {
+                // Somebody is just making the store.
+                return read(layout);
+            }
             if entries
                 .iter()
                 .all(|name| name == "LOCK" || name == "FORMAT.tmp")

@@ -280,6 +280,12 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<(FrameHeader, &[u8]), &'static str> 
     Ok((header, stored))
 }
 
+/// Id and length of the frame with these first bytes, unchecked.
+pub(crate) fn peek(head: &[u8; HEADER_LEN]) -> Option<(FrameId, u64)> {
+    let header = FrameHeader::from_bytes(&array_at(head, 4))?;
+    (head[..4] == MAGIC).then(|| (header.id, header.frame_len()))
+}
+
 /// Decodes a checked payload; `None` where it does not decode to its stated length.
 pub(crate) fn decode(header: &FrameHeader, stored: &[u8]) -> Option<Vec<u8>> {
     match header.encoding {

@@ -70,7 +70,7 @@ impl Layout {
         self.root.join("cache")
     }
 
-    /// Work that waits for the store; the caller's, like the event logs.
+    /// Work that waits for the owner of the store.
     pub(crate) fn queue(&self) -> PathBuf {
         self.root.join("queue")
     }

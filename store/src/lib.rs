@@ -48,7 +48,9 @@ mod lock;
 mod open;
 mod pack;
 mod part;
+mod peek;
 mod prune;
+mod queue;
 mod read_only;
 mod record;
 mod run;
@@ -62,14 +64,16 @@ pub use archive::{Exported, Extent, Imported, ImportedRun, Naming, Taking};
 pub use check::{CheckReport, Depth, Finding, Severity};
 pub use error::{
     ArchiveError, CacheError, CheckError, CommitError, Damage, DeleteError, FrameError,
-    ImportError, InUse, IoFailure, JournalError, OpenError, PruneError, ReadError, RebuildError,
-    RenameError, RunError, SetBackError, SpaceError,
+    ImportError, InUse, IoFailure, JournalError, OpenError, PruneError, QueueError, ReadError,
+    RebuildError, RenameError, RunError, SetBackError, SpaceError,
 };
 pub use format::VERSION as FORMAT_VERSION;
 pub use frame::{Encoding, Frame, FrameId, Role};
 pub use id::{Digest, RunName, RunNameError, StepAddress, StepIndex, WaveIndex};
 pub use journal::{Committed, Seal, StepJournal, WaveContents, WaveOpening};
 pub use label::{Names, rename_run};
+pub use peek::FrameCount;
+pub use queue::{EntryId, EntryState, Queue, QueueEntry};
 pub use read_only::ReadOnlyStore;
 pub use run::{NewRun, RunRecord, RunState};
 pub use space::{StoreInfo, free_space_at};

@@ -11,6 +11,8 @@ use crate::frame::{self, Frame, FrameHeader, FrameId};
 use crate::id::{StepIndex, WaveIndex};
 
 const MAGIC: [u8; 8] = *b"FDFPART1";
+/// Where the first frame, the header, begins.
+pub(crate) const BEGIN: u64 = MAGIC.len() as u64;
 /// Buffered bytes above which an append writes to the operating system.
 const BUFFER: usize = 1 << 20;
 

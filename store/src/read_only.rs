@@ -32,6 +32,10 @@ impl Source for ReadOnlyStore {
 }
 
 impl ReadOnlyStore {
+    pub(crate) fn files(&self) -> &Layout {
+        &self.layout
+    }
+
     /// Opens the store in `dir`, which must exist.
     pub fn open(dir: &Path) -> Result<Self, OpenError> {
         let layout = Layout::new(dir);

@@ -12,6 +12,7 @@
 //! - [`history`]: what a run has committed, as digests and as macro states;
 //! - [`inputs`]: small problems that take seconds;
 //! - [`ordeal`]: a run that is killed again and again and still has to arrive;
+//! - [`patience`]: waiting for what another process does;
 //! - [`random`]: seeded numbers, so that a failure can be repeated.
 //!
 //! These functions panic where something is not as it should be: a panic here is a failing test.
@@ -26,6 +27,7 @@ pub mod folder;
 pub mod history;
 pub mod inputs;
 pub mod ordeal;
+pub mod patience;
 pub mod random;
 pub mod workplace;
 

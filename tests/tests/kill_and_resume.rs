@@ -211,7 +211,7 @@ fn a_complete_run_is_left_as_it_is() {
 }
 
 #[test]
-fn a_second_process_on_the_store_is_refused_and_told_who_holds_it() {
+fn a_second_process_that_wants_the_store_alone_is_refused_and_told_who_holds_it() {
     let place = Workplace::new();
     SMOOTH.on(&place, 1, |ordeal| {
         let mut first = ordeal.session(&place);
@@ -221,7 +221,8 @@ fn a_second_process_on_the_store_is_refused_and_told_who_holds_it() {
         let input = ordeal.input.to_str().unwrap();
         for second in [
             &["resume", SMOOTH.run][..],
-            &["submit", input, "--name", "other"],
+            &["submit", input, "--name", "other", "--alone"],
+            &["prune", SMOOTH.run, "--keep-last", "1"],
         ] {
             let refused = place.run(second.iter().copied()).ended_with(3);
             let pid = first.pid().to_string();

@@ -37,6 +37,19 @@ impl FailureKind {
         }
     }
 
+    /// The class with this exit code; `None` for success.
+    pub fn of_exit_code(code: u64) -> Option<Self> {
+        match code {
+            0 => None,
+            2 => Some(Self::Usage),
+            3 => Some(Self::Store),
+            75 => Some(Self::Deadline),
+            130 => Some(Self::Interrupted),
+            143 => Some(Self::Terminated),
+            _ => Some(Self::Run),
+        }
+    }
+
     /// The class of a computation that this signal stopped in order.
     pub fn of_signal(signal: i32) -> Self {
         const SIGTERM: i32 = 15;

@@ -20,6 +20,8 @@ pub trait Progress: Send + Sync {
     fn step_committed(&self, step: &CommittedStep);
     /// Something the user should read, once.
     fn note(&self, text: &str);
+    /// Something went wrong that does not end the run; shown whatever else is.
+    fn warning(&self, text: &str);
     /// The run ends, well or not; nothing more comes.
     fn finished(&self);
 }
@@ -54,5 +56,6 @@ impl Progress for Silent {
     fn step_cut(&self, _fraction: f64, _reason: &str) {}
     fn step_committed(&self, _step: &CommittedStep) {}
     fn note(&self, _text: &str) {}
+    fn warning(&self, _text: &str) {}
     fn finished(&self) {}
 }

@@ -18,6 +18,10 @@ fn wrong_usage_is_explained_on_stderr_with_its_own_exit_code() {
         &["show", "hollow@-1"],
         &["rev", "export", "hollow:e1.0", "p.json"],
         &["runs", "--threads", "0"],
+        &["submit", "a.yaml", "--until", "yesterday"],
+        &["submit", "a.yaml", "--queue", "--alone"],
+        &["queue", "remove"],
+        &["cancel", "hollow", "--timeout", "-1"],
         &["store"],
         &[],
     ] {
@@ -49,6 +53,11 @@ fn every_verb_explains_itself() {
     for verb in [
         "submit",
         "resume",
+        "cancel",
+        "pause",
+        "continue",
+        "queue",
+        "watch",
         "runs",
         "show",
         "status",
@@ -125,7 +134,16 @@ fn completions_know_the_verbs() {
         let outcome = femdem(&["completions", shell]);
         assert_eq!((outcome.code, outcome.err.as_str()), (0, ""));
         assert!(
-            outcome.out.contains("resume") && outcome.out.contains("export"),
+            [
+                "resume",
+                "export",
+                "cancel",
+                "queue",
+                "watch",
+                "max-restarts"
+            ]
+            .iter()
+            .all(|word| outcome.out.contains(word)),
             "{shell}"
         );
     }

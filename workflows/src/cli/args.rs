@@ -7,8 +7,8 @@ use clap::{Args, Parser, Subcommand};
 
 use super::display::Format;
 use super::verbs::{
-    bench, branch, completions, control, diff, export, import, keeping, plan, plot, replay, resume,
-    rev, show, status, store, submit, verify,
+    bench, branch, completions, control, diff, export, import, keeping, plan, plot, queue, replay,
+    resume, rev, show, status, store, submit, verify, watch,
 };
 
 const EXIT_CODES: &str = "\
@@ -19,6 +19,10 @@ Exit codes:
     3  the store is locked, damaged, full or missing
    75  stopped in order at the deadline of `--until`; `femdem-flow resume RUN` continues
   130  stopped by Ctrl-C in order (143: by SIGTERM or `cancel`); `femdem-flow resume RUN` continues
+
+Signals to a command that computes:
+    SIGINT, SIGTERM   stop in order; once more: at once
+    SIGUSR1           checkpoint: what is journalled of the running step is brought onto the disk, and the run goes on
 
 Addresses:
     hollow            a run
@@ -129,6 +133,15 @@ pub enum Verb {
     ///
     /// Reads files only, so that it works while the store is in use, and disturbs nobody.
     Status(status::Args),
+    /// Follow a run live, from any terminal, until its session ends; the exit code is the session's.
+    ///
+    /// Reads the event log and the journal, and disturbs nobody. `--json` streams the events of the session, one a line.
+    Watch(watch::Args),
+    /// List what is queued, take entries back, or compute them.
+    ///
+    /// `submit`, `resume`, `branch` and `rerun` queue their work where another process computes in the store; that process
+    /// takes it after its own, in order.
+    Queue(queue::Args),
     /// Stop a run that another process computes, in order: what SIGTERM does, from any terminal or host.
     ///
     /// Tasks that run may end, then the run is `interrupted` and `resume` goes on with the same bits. Waits until the

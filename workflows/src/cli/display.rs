@@ -35,6 +35,14 @@ impl<'a> Display<'a> {
         }
     }
 
+    /// As text, whatever the options ask for.
+    pub fn for_people(global: &'a Global) -> Self {
+        Self {
+            format: Format::Text,
+            ..Self::new(global)
+        }
+    }
+
     /// A text whose proposed commands name the store.
     fn proposing(&self, text: &str) -> String {
         match self.store {

@@ -6,7 +6,9 @@ mod args;
 mod display;
 mod panics;
 mod progress;
+mod supervise;
 mod verbs;
+mod warnings;
 
 use std::ffi::OsString;
 use std::io::{self, IsTerminal, Write};
@@ -15,10 +17,10 @@ use std::process::ExitCode;
 use clap::Parser;
 use clap::error::ErrorKind;
 
-use self::args::Cli;
+use self::args::{Cli, Verb};
 pub use self::progress::Audience;
 use crate::failure::FailureKind;
-use crate::run::Context;
+use crate::run::{Context, Supervision};
 
 /// Runs the command with the arguments of the process, its own name first.
 pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
@@ -28,7 +30,13 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     } else {
         Audience::Log
     };
-    ExitCode::from(execute(
+    let args: Vec<OsString> = args.into_iter().collect();
+    let process = Process {
+        args: args.clone(),
+        supervision: supervise::supervised(),
+    };
+    ExitCode::from(execute_in(
+        Some(&process),
         args,
         &mut io::stdout(),
         &mut io::stderr(),
@@ -36,8 +44,24 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     ))
 }
 
+/// What the command is where it is a process of its own, and not called by a test.
+struct Process {
+    args: Vec<OsString>,
+    supervision: Option<Supervision>,
+}
+
 /// Runs the command with other streams than those of the process; returns its exit code.
 pub fn execute(
+    args: impl IntoIterator<Item = OsString>,
+    out: &mut dyn Write,
+    err: &mut dyn Write,
+    audience: Audience,
+) -> u8 {
+    execute_in(None, args, out, err, audience)
+}
+
+fn execute_in(
+    process: Option<&Process>,
     args: impl IntoIterator<Item = OsString>,
     out: &mut dyn Write,
     err: &mut dyn Write,
@@ -57,9 +81,26 @@ pub fn execute(
         store: cli.global.store.clone(),
         threads: cli.global.threads,
         progress: progress.as_ref(),
+        supervision: process.and_then(|process| process.supervision.as_ref()),
     };
-    let result = verbs::perform(&cli.verb, &context);
-    let display = display::Display::new(&cli.global);
+    if process.is_some() {
+        warnings::show(progress.clone());
+    }
+    let result = match (process, cli.verb.supervised()) {
+        (Some(process), Some(order)) if process.supervision.is_none() => {
+            match supervise::supervise(&process.args, order, &context) {
+                // The last of the supervised processes has said all there is to say.
+                Ok(code) => return code,
+                Err(failure) => Err(failure),
+            }
+        }
+        _ => verbs::perform(&cli, &context, out),
+    };
+    let display = match cli.verb {
+        // Its data is a stream, which an object at its end would spoil.
+        Verb::Watch(_) => display::Display::for_people(&cli.global),
+        _ => display::Display::new(&cli.global),
+    };
     let (code, shown) = match &result {
         Ok(report) => (0, display.report(out, report)),
         Err(failure) => (

@@ -1,9 +1,6 @@
 //! The load steps of a body: waves of element tasks, joined by the Newton machine, committed one by one.
 
-use std::{
-    sync::Arc,
-    time::{Duration, Instant},
-};
+use std::{sync::Arc, time::Duration};
 
 use engine::{Cause, Finished, GraphHandle, NodeId, TaskOutcome, thread_cpu_time};
 use solver_fem::{
@@ -16,7 +13,7 @@ use super::{
     ahead::{Ahead, begin_step, beside},
     asked::AskedWave,
     attempt::{Attempt, Committed, Opened, TaskPolicy},
-    core::{Core, Ending},
+    core::{Core, Ending, Stopwatch},
     error::RunError,
     failed_task::{self, Meaning},
     frames::{self, COST, MACRO, POINT, PROGRESS},
@@ -44,7 +41,8 @@ pub struct BodySteps {
     summary: StepSummary,
     /// CPU seconds of each element in this step.
     cost: Vec<f64>,
-    begun: Instant,
+    /// Since the step began; `None` before the first one.
+    begun: Option<Stopwatch>,
     /// CPU seconds of the last commit.
     commit_s: f64,
     last_bytes: u64,
@@ -89,7 +87,7 @@ impl BodySteps {
             interval: None,
             summary: StepSummary::default(),
             cost: vec![0.0; elements],
-            begun: Instant::now(),
+            begun: None,
             commit_s: 0.0,
             last_bytes: start.bytes,
             ahead: None,
@@ -103,7 +101,7 @@ impl BodySteps {
         graph: &mut GraphHandle<Job>,
     ) -> Result<(), RunError> {
         if self.schedule.cuts == 0 {
-            self.begun = Instant::now();
+            self.begun = Some(core.stopwatch());
             self.summary = StepSummary {
                 director_s: std::mem::take(&mut self.commit_s),
                 ..StepSummary::default()
@@ -335,7 +333,7 @@ impl BodySteps {
             work: outcome.work,
             released: outcome.released,
             voids: points.iter().filter(|point| point.is_void()).count() as u32,
-            wall_s: self.begun.elapsed().as_secs_f64(),
+            wall_s: self.begun.map_or(0.0, |begun| core.seconds(&begun)),
             ..std::mem::take(&mut self.summary)
         };
         let mut summary = summary;

@@ -1,19 +1,22 @@
 //! Runs that take up another one at one of its load steps: branches and reruns. The steps before are shared, not
 //! copied; nothing that is committed is changed.
 
-use std::{num::NonZeroUsize, time::SystemTime};
+use std::num::NonZeroUsize;
 
 use serde_json::json;
-use store::{NewRun, RunName, StepAddress, Store};
+use store::{RunName, StepAddress, Store};
 
 use super::{
-    Context, ended,
+    Context,
+    compute::queued,
     error::RunError,
     manifest::{Descent, Kind, Manifest},
-    open::{explain, open_existing, store_name},
+    open::{Holder, explain, open, store_name},
     origin::{Origin, origin},
-    session::{self, SessionEnd},
-    shift::{Shift, Terms},
+    queue::{self, Work},
+    session,
+    shift::{Claim, Own, Place, Sharing, Shift, Terms},
+    view::View,
 };
 use crate::{
     address::RunAddress,
@@ -62,16 +65,46 @@ pub fn derive(
     scope: Scope,
     terms: &Terms,
 ) -> Result<Report, Failure> {
+    let view = View::open(context)?;
     let shift = Shift::begin(context, terms)?;
-    let store = open_existing(context)?;
+    let queueing = |holder: Option<&Holder>| {
+        let origin = origin(&view.store, &view.names()?, &wish.at)?;
+        let planned = planned(&origin, wish, scope, context.threads())?;
+        let works = planned.into_iter().map(|Planned { name, manifest }| {
+            let kind = manifest
+                .descent
+                .as_ref()
+                .map_or("branch", |d| d.kind.word());
+            (name, work_of(kind, Some(&origin.parent), &manifest))
+        });
+        match holder {
+            Some(holder) => queued(&shift, holder, works.collect()),
+            None => queue::enqueue(context, None, works.collect()),
+        }
+    };
+    if terms.sharing == Sharing::Later {
+        return queueing(None);
+    }
+    let place = match (shift.claim()?, wish.computing) {
+        (Claim::Ours(place), _) => place,
+        (Claim::Held(holder), Computing::Now) => return queueing(Some(&holder)),
+        // Nothing would be left to do for the queue.
+        (Claim::Held(_), Computing::Later) => {
+            return Err(match open(context) {
+                Ok(_) => Failure::new(FailureKind::Store, "the store was in use; try again"),
+                Err(refused) => refused,
+            });
+        }
+    };
+    let store = &place.store;
     let names = store
         .names()
         .map_err(|error| explain("list the runs", error.into()))?;
-    let origin = origin(&store, &names, &wish.at)?;
+    let origin = origin(store, &names, &wish.at)?;
     let planned = planned(&origin, wish, scope, context.threads())?;
     let mut created = Vec::new();
-    for Planned { name, manifest } in planned {
-        let run = create(&store, name, &origin.parent, &manifest)
+    for (number, Planned { name, manifest }) in planned.into_iter().enumerate() {
+        let (run, manifest) = create(&shift, store, number, name, &origin.parent, manifest)
             .map_err(|error| explain("create the run", error))?;
         context
             .progress
@@ -80,7 +113,19 @@ pub fn derive(
     }
     match wish.computing {
         Computing::Later => Ok(prepared(&created, &origin.called)),
-        Computing::Now => compute(&shift, &store, &created),
+        Computing::Now => {
+            let own = compute(&shift, &place, &created);
+            shift.end(place, own)
+        }
+    }
+}
+
+/// The entry of the queue that makes a run and computes it.
+pub fn work_of(verb: &str, parent: Option<&StepAddress>, manifest: &Manifest) -> Work {
+    Work::Create {
+        verb: verb.to_owned(),
+        parent: parent.map(|parent| (parent.run.to_string(), parent.step.0)),
+        manifest: manifest.to_bytes().into(),
     }
 }
 
@@ -185,23 +230,28 @@ fn name(
     })
 }
 
-/// Puts a run into the store that takes up `parent`.
+/// Puts the run with this number into the store, which takes up `parent`; the one that an earlier life of this command
+/// made where there is one.
 fn create(
+    shift: &Shift<'_>,
     store: &Store,
+    number: usize,
     name: RunName,
     parent: &StepAddress,
-    manifest: &Manifest,
-) -> Result<RunName, RunError> {
-    let created = SystemTime::now()
-        .duration_since(SystemTime::UNIX_EPOCH)
-        .map_or(0, |d| d.as_secs());
-    let run = NewRun {
-        name,
-        created,
-        parent: Some(parent.clone()),
-        manifest: manifest.to_bytes(),
+    manifest: Manifest,
+) -> Result<(RunName, Manifest), RunError> {
+    let Some(ticket) = &shift.terms.ticket else {
+        let run = session::create(store, name, Some(parent.clone()), &manifest)?;
+        return Ok((run, manifest));
     };
-    Ok(store.create_run(run)?.name)
+    let ticket = format!("{ticket}/{number}");
+    if let Some(record) = queue::find_ticket(store.run_names()?, store, &ticket) {
+        let manifest = session::manifest(&record.manifest)?;
+        return Ok((record.name, manifest));
+    }
+    let manifest = Manifest { ticket, ..manifest };
+    let run = session::create(store, name, Some(parent.clone()), &manifest)?;
+    Ok((run, manifest))
 }
 
 fn announcement(run: &RunName, parent: &StepAddress, manifest: &Manifest) -> String {
@@ -240,20 +290,15 @@ fn prepared(created: &[(RunName, Problem)], parent: &StepAddress) -> Report {
 
 /// Computes the runs one after the other. One whose step cannot be solved does not keep the next from being computed; what
 /// stops the process does.
-fn compute(
-    shift: &Shift<'_>,
-    store: &Store,
-    runs: &[(RunName, Problem)],
-) -> Result<Report, Failure> {
+fn compute(shift: &Shift<'_>, place: &Place, runs: &[(RunName, Problem)]) -> Own {
     let mut text = String::new();
     let mut data = Vec::new();
     let mut failed: Option<Failure> = None;
+    let mut ends = false;
     for (index, (run, problem)) in runs.iter().enumerate() {
-        let end = session::advance(&shift.equipment(store), run, problem).map_err(|error| {
-            let called = super::called(store, run);
-            explain(&format!("compute run `{called}`"), error)
-        })?;
-        match ended::ended(shift.context, store, run, &end) {
+        let own = shift.own(place, run, problem);
+        ends = own.ends;
+        match own.result {
             Ok(report) => {
                 text.push_str(&report.text);
                 text.push('\n');
@@ -261,9 +306,7 @@ fn compute(
             }
             Err(failure) => {
                 data.extend(failure.report().map(|report| report.json.clone()));
-                if let SessionEnd::Interrupted(stop) = &end
-                    && stop.ends_the_process()
-                {
+                if ends {
                     // What stopped it says how the command ended, whatever failed before it.
                     failed = Some(naming_the_rest(failure, &runs[index + 1..]));
                     break;
@@ -273,10 +316,11 @@ fn compute(
         }
     }
     let report = Report::new(text, &json!({ "runs": data }));
-    match failed {
+    let result = match failed {
         None => Ok(report),
         Some(failure) => Err(failure.with(report)),
-    }
+    };
+    Own { result, ends }
 }
 
 /// The stop of one run, its hint extended to those that were to come after it.

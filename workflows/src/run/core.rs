@@ -1,7 +1,11 @@
 //! What all phases of a run share: the store, who is told, and how it ends.
 
-use std::path::Path;
+use std::{
+    path::Path,
+    time::{Duration, Instant},
+};
 
+use engine::PauseToken;
 use serde::Serialize;
 use serde_json::json;
 use solver_fem::newton::SweepReport;
@@ -19,6 +23,13 @@ pub enum Ending {
     Failed(String),
 }
 
+/// Since when something is done. Time in which the run was paused does not count.
+#[derive(Clone, Copy, Debug)]
+pub struct Stopwatch {
+    begun: Instant,
+    paused: Duration,
+}
+
 /// What all phases of a run share.
 pub struct Core<'a> {
     /// Where it is kept.
@@ -29,6 +40,8 @@ pub struct Core<'a> {
     pub progress: &'a dyn Progress,
     /// How it ended; `None` while it goes on, and when it was interrupted.
     pub ending: Option<Ending>,
+    /// Holds the session up.
+    pub pause: PauseToken,
     log: EventLog,
 }
 
@@ -49,8 +62,27 @@ impl<'a> Core<'a> {
             run,
             progress,
             ending: None,
+            pause: PauseToken::new(),
             log,
         })
+    }
+
+    /// Begins to measure a time.
+    pub fn stopwatch(&self) -> Stopwatch {
+        Stopwatch {
+            begun: Instant::now(),
+            paused: self.pause.stood_still(),
+        }
+    }
+
+    /// Wall seconds since `stopwatch` began.
+    pub fn seconds(&self, stopwatch: &Stopwatch) -> f64 {
+        let paused = self.pause.stood_still().saturating_sub(stopwatch.paused);
+        stopwatch
+            .begun
+            .elapsed()
+            .saturating_sub(paused)
+            .as_secs_f64()
     }
 
     /// Appends one line to the event log: others read from it how far the run is.

@@ -1,6 +1,6 @@
 //! The steps of an element test: one REV under mixed control, one task a step.
 
-use std::{sync::Arc, time::Instant};
+use std::sync::Arc;
 
 use engine::{Finished, GraphHandle, NodeId, TaskOutcome, TaskSpec};
 use serde::{Deserialize, Serialize};
@@ -10,7 +10,7 @@ use store::{Seal, StepIndex};
 
 use super::{
     attempt::TaskPolicy,
-    core::{Core, Ending},
+    core::{Core, Ending, Stopwatch},
     error::RunError,
     failed_task::{self, Meaning},
     frames::{self, MACRO, PROGRESS},
@@ -53,7 +53,8 @@ pub struct TestSteps {
     point: Arc<PointState>,
     interval: Option<Interval>,
     waiting: Option<NodeId>,
-    begun: Instant,
+    /// Since the step began; `None` before the first one.
+    begun: Option<Stopwatch>,
     summary: StepSummary,
 }
 
@@ -76,7 +77,7 @@ impl TestSteps {
             point,
             interval: None,
             waiting: None,
-            begun: Instant::now(),
+            begun: None,
             summary: StepSummary::default(),
         }
     }
@@ -92,7 +93,7 @@ impl TestSteps {
             return Ok(());
         };
         if self.schedule.cuts == 0 {
-            self.begun = Instant::now();
+            self.begun = Some(core.stopwatch());
             self.summary = StepSummary::default();
         }
         core.step_started(self.step + 1, &interval, self.schedule.increments());
@@ -182,7 +183,7 @@ impl TestSteps {
             loads: interval.to,
             residual: driven.report.residual,
             cuts,
-            wall_s: self.begun.elapsed().as_secs_f64(),
+            wall_s: self.begun.map_or(0.0, |begun| core.seconds(&begun)),
             ..std::mem::take(&mut self.summary)
         };
         let seal = Seal {

@@ -10,7 +10,7 @@ use super::{
     event_log::EventLog,
     events::{self, Event},
     open::{explain, find, open_existing},
-    text,
+    queue, text,
     view::View,
 };
 use crate::{
@@ -56,10 +56,14 @@ pub fn prune(
     let first_kept = keep
         .last
         .map(|count| last.saturating_sub(count.saturating_sub(1)));
+    let queued: Vec<StepIndex> = queue::needed(store.dir(), &name)
+        .filter_map(|work| work.step)
+        .collect();
     let is_kept = |step: StepIndex| {
         keep.every
             .is_some_and(|every| step.0.is_multiple_of(every.get()))
             || first_kept.is_some_and(|first| step.0 >= first)
+            || queued.contains(&step)
     };
     let steps = match doing {
         Doing::Really => store.prune(&name, is_kept),
@@ -89,6 +93,16 @@ pub fn prune(
 pub fn delete(context: &Context<'_>, run: &RunName) -> Result<Report, Failure> {
     let store = open_existing(context)?;
     let name = existing(&store, run)?;
+    if let Some(work) = queue::needed(store.dir(), &name).next() {
+        let what = format!(
+            "failed to delete `{run}`: number {} of the queue takes it up",
+            work.id
+        );
+        return Err(Failure::new(FailureKind::Usage, what).hint(format!(
+            "`femdem-flow queue remove {}` takes that back first",
+            work.id
+        )));
+    }
     let bytes = store.delete_run(&name).map_err(|error| {
         let hint = match &error {
             DeleteError::InUse(InUse::Branch { child, .. }) => {
@@ -215,6 +229,13 @@ pub fn in_words(event: &str, data: &Value) -> String {
         "checkpoint" => format!(
             "checkpoint: {} of the running step are on the disk",
             text::bytes(number("bytes"))
+        ),
+        "restart" => format!(
+            "{}: restart {} of {} in {}",
+            word("why"),
+            number("number"),
+            number("of"),
+            text::duration(data["pause_s"].as_f64().unwrap_or(0.0))
         ),
         "note" => format!("note: {}", word("text")),
         "imported" => format!("imported from {}", word("from")),

@@ -33,6 +33,10 @@ pub struct Manifest {
     /// packings at step 0.
     #[serde(default)]
     pub relawed: BTreeSet<usize>,
+    /// Names the work that the run was made for, where that may be asked for twice: an entry of the queue, or a command
+    /// under supervision. Empty otherwise.
+    #[serde(default)]
+    pub ticket: String,
 }
 
 /// How a run descends from the one whose step it takes up.
@@ -80,6 +84,7 @@ impl Manifest {
             problem,
             descent: None,
             relawed: BTreeSet::new(),
+            ticket: String::new(),
         }
     }
 

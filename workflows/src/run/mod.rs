@@ -7,6 +7,7 @@ mod attempt;
 mod body;
 mod branch;
 mod campaign;
+mod compute;
 mod control;
 mod core;
 mod diff;
@@ -35,6 +36,7 @@ mod plan;
 mod plot;
 mod point;
 mod preparing;
+mod queue;
 mod recorded;
 mod relaw;
 mod rename;
@@ -53,10 +55,14 @@ mod show_step;
 mod status;
 mod store_verbs;
 mod summary;
+mod supervision;
+#[cfg(test)]
+mod task_policy;
 mod test_picture;
 pub(crate) mod text;
 mod verify;
 mod view;
+mod watch;
 mod work;
 
 /// What the frames of a step are made of, for measurements of the store.
@@ -71,24 +77,24 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 pub use store::Extent as ArchiveExtent;
-use store::{RunState, Store};
+use store::Store;
 
 pub use self::branch::{Computing, Wish};
-pub use self::control::{Extent, Urgency};
+pub use self::control::{Extent, Signals, Urgency};
 pub use self::keeping::{Doing, Keep};
-use self::open::{explain, find, open, open_existing, store_name};
+use self::open::explain;
 pub use self::plan::Intent;
 pub use self::plot::{
     ColourRange, CurveAxes, MapStyle, Quantity, Spread, curve as plot_curve, map as plot_map,
 };
 pub use self::rev_show::RevSource;
 pub use self::rev_test::Extras as RevTestExtras;
-use self::shift::Shift;
-pub use self::shift::Terms;
+pub use self::shift::{Sharing, Terms};
 pub use self::show_revs::show_revs;
+pub use self::supervision::{Restart, Supervision, note_restart};
 pub use self::verify::Sample;
 use crate::address::{RevAddress, RunAddress, RunName};
-use crate::failure::{Failure, FailureKind};
+use crate::failure::Failure;
 use crate::input::{Problem, derive::Scope};
 use crate::plot::PictureFile;
 use crate::progress::Progress;
@@ -102,6 +108,8 @@ pub struct Context<'a> {
     pub threads: Option<NonZeroUsize>,
     /// Who is told about the progress.
     pub progress: &'a dyn Progress,
+    /// What a supervisor of this process told it; `None` where nobody supervises it.
+    pub supervision: Option<&'a Supervision>,
 }
 
 /// How thoroughly a store is checked.
@@ -113,57 +121,53 @@ pub enum CheckDepth {
     Deep,
 }
 
-/// Computes `problem` as a new run, named `name` or as the input wishes.
+/// Computes `problem` as a new run, named `name` or as the input wishes; queues it where the store is in use.
 pub fn submit(
     context: &Context<'_>,
     problem: Problem,
     name: Option<RunName>,
     terms: &Terms,
 ) -> Result<Report, Failure> {
-    let name = store_name(name.as_ref().unwrap_or(&problem.name))?;
-    for note in notes::notes(&problem).map_err(|error| explain("set up the problem", error))? {
-        context.progress.note(&note);
-    }
-    // What a run begins with is tried before there is one: a run that cannot begin could never be resumed.
-    packings::Plan::of_problem(&problem).map_err(|error| explain("set up the problem", error))?;
-    let shift = Shift::begin(context, terms)?;
-    let store = open(context)?;
-    let threads = context.threads();
-    let run = session::create(&store, name, problem.clone(), threads)
-        .map_err(|error| explain("create the run", error))?;
-    go(&shift, &store, &run, &problem)
+    compute::submit(context, problem, name, terms)
 }
 
-/// Continues a run where it stopped. A run that is complete is left as it is; one that failed tries its step again.
+/// Continues a run where it stopped; queues that where the store is in use. A run that is complete is left as it is; one
+/// that failed tries its step again.
 pub fn resume(context: &Context<'_>, run: &RunName, terms: &Terms) -> Result<Report, Failure> {
-    let shift = Shift::begin(context, terms)?;
-    let store = open_existing(context)?;
-    let names = store
-        .names()
-        .map_err(|error| explain("list the runs", error.into()))?;
-    let name = find(&names, run)?;
-    let record = store
-        .run(&name)
-        .map_err(|error| explain("find the run", error.into()))?;
-    let steps = store
-        .steps(&name)
-        .map_err(|error| explain("read the run", error.into()))?;
-    if let Some(last) = steps.last().filter(|last| last.is_lost()) {
-        let called = record.shown();
-        let hint = view::way_out(called, steps.iter());
-        let what = format!("failed to resume `{called}` from load step {}", last.index);
-        let failure = Failure::new(FailureKind::Store, what).hint(hint);
-        return Err(match store.step(&name, last.index) {
-            Err(error) => failure.because(error),
-            Ok(_) => failure,
-        });
-    }
-    if record.state == RunState::Completed {
-        return ended::ended(context, &store, &name, &session::SessionEnd::Completed);
-    }
-    let manifest =
-        session::manifest(&record.manifest).map_err(|error| explain("resume the run", error))?;
-    go(&shift, &store, &name, &manifest.problem)
+    compute::resume(context, run, terms)
+}
+
+/// What became of the work that an earlier life of a supervised command began; `None` where it has not begun.
+pub fn again(context: &Context<'_>, terms: &Terms) -> Option<Result<Report, Failure>> {
+    compute::again(context, terms)
+}
+
+/// Lists what is queued.
+pub fn queue_list(context: &Context<'_>) -> Result<Report, Failure> {
+    queue::list(context)
+}
+
+/// Takes entries of the queue back, by their numbers or runs.
+pub fn queue_remove(context: &Context<'_>, which: &[String]) -> Result<Report, Failure> {
+    queue::remove(context, which)
+}
+
+/// Computes what is queued.
+pub fn queue_run(context: &Context<'_>, terms: &Terms) -> Result<Report, Failure> {
+    compute::queue_run(context, terms)
+}
+
+/// Follows a run live, until its session ends; `tell` gets each event of its log as a line of JSON.
+pub fn watch(
+    context: &Context<'_>,
+    run: Option<&RunName>,
+    tell: &mut dyn FnMut(&str),
+) -> Result<Report, Failure> {
+    watch::watch(context, run, &mut |event| {
+        if let Ok(line) = serde_json::to_string(event) {
+            tell(&line);
+        }
+    })
 }
 
 /// Makes the runs that take up a load step as `wish` says, and computes them.
@@ -200,17 +204,6 @@ pub fn go_on(context: &Context<'_>, run: &RunName, patience: Duration) -> Result
 /// Reports what a verb would do, without doing it.
 pub fn plan(context: &Context<'_>, intent: &Intent) -> Result<Report, Failure> {
     plan::plan(context, intent)
-}
-
-fn go(
-    shift: &Shift<'_>,
-    store: &Store,
-    run: &store::RunName,
-    problem: &Problem,
-) -> Result<Report, Failure> {
-    let end = session::advance(&shift.equipment(store), run, problem)
-        .map_err(|error| explain(&format!("compute run `{}`", called(store, run)), error))?;
-    ended::ended(shift.context, store, run, &end)
 }
 
 /// What people call a run.

@@ -1,5 +1,7 @@
 //! Opening the store, and its refusals in the user's words.
 
+use std::fmt;
+
 use store::{Names, OpenError, Store};
 
 use super::{Context, error::RunError, list};
@@ -8,9 +10,53 @@ use crate::{
     failure::{Failure, FailureKind},
 };
 
+/// The process that holds a store.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Holder {
+    /// Its number, where `LOCK` says it.
+    pub pid: Option<u32>,
+    /// Its host, where `LOCK` says it.
+    pub host: Option<String>,
+}
+
+impl Holder {
+    /// The one of a refusal; nobody in particular where that has another reason.
+    pub fn of(error: &OpenError) -> Self {
+        match error {
+            OpenError::Held { pid, host, .. } => Self {
+                pid: *pid,
+                host: host.clone(),
+            },
+            _ => Self {
+                pid: None,
+                host: None,
+            },
+        }
+    }
+}
+
+impl fmt::Display for Holder {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (self.pid, &self.host) {
+            (Some(pid), Some(host)) => write!(f, "process {pid} on {host}"),
+            (Some(pid), None) => write!(f, "process {pid}"),
+            (None, _) => f.write_str("another process"),
+        }
+    }
+}
+
 /// Opens the store for writing; makes it where there is none.
 pub fn open(context: &Context<'_>) -> Result<Store, Failure> {
-    let store = Store::open(&context.store).map_err(|error| refused(context, error))?;
+    try_open(context)?.map_err(|held| refused(context, held))
+}
+
+/// The same; the inner error is the refusal because another process holds the store.
+pub fn try_open(context: &Context<'_>) -> Result<Result<Store, OpenError>, Failure> {
+    let store = match Store::open(&context.store) {
+        Ok(store) => store,
+        Err(held @ OpenError::Held { .. }) => return Ok(Err(held)),
+        Err(error) => return Err(refused(context, error)),
+    };
     for finding in store.opening_report() {
         let remedy = match finding.remedy.as_str() {
             "" => String::new(),
@@ -22,7 +68,7 @@ pub fn open(context: &Context<'_>) -> Result<Store, Failure> {
             finding.what
         ));
     }
-    Ok(store)
+    Ok(Ok(store))
 }
 
 /// Opens the store for writing; a folder that is none yet is refused rather than made one.

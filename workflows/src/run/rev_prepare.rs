@@ -1,6 +1,6 @@
 //! Packings made ahead of a run, into the cache that runs look into first.
 
-use engine::{Director, GraphHandle, NodeId, TaskOutcome};
+use engine::{Director, GraphHandle, NodeId, PauseToken, TaskOutcome};
 use serde_json::json;
 use store::Store;
 
@@ -51,7 +51,12 @@ pub fn prepare(
     };
     let terms = Terms::default();
     let shift = Shift::begin(context, &terms)?;
-    let ended = conduct(&mut preparer, &shift.equipment(&store), None);
+    let ended = conduct(
+        &mut preparer,
+        &shift.equipment(&store),
+        PauseToken::new(),
+        None,
+    );
     context.progress.finished();
     let explained = |error| explain("prepare the packings", error);
     if let Conducted::Stopped(stop) = ended.map_err(explained)? {

@@ -63,8 +63,10 @@ pub fn test(context: &Context<'_>, problem: &Problem, extras: &Extras) -> Result
         let store = Store::open(folder.path())
             .map_err(|error| super::open::refused(&kept_nowhere, error))?;
         let name = store_name(&problem.name)?;
-        let run =
-            session::create(&store, name, problem.clone(), context.threads()).map_err(failed)?;
+        let run = {
+            let manifest = session::described(problem.clone(), context.threads(), None);
+            session::create(&store, name, None, &manifest).map_err(failed)?
+        };
         let terms = Terms::default();
         let shift = Shift::begin(context, &terms)?;
         session::advance(&shift.equipment(&store), &run, problem).map_err(failed)?

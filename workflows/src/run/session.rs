@@ -6,8 +6,10 @@ use std::{
     time::{Duration, SystemTime, UNIX_EPOCH},
 };
 
-use engine::{CancelToken, Director, Graph, LocalPool, OnFailure, PauseToken, RunEnd, RunOptions};
-use store::{NewRun, RunName, RunState, Store};
+use engine::{
+    CancelToken, Director, Executor, Graph, LocalPool, OnFailure, PauseToken, RunEnd, RunOptions,
+};
+use store::{NewRun, RunName, RunState, StepAddress, Store};
 
 use super::{
     campaign::Campaign,
@@ -50,22 +52,28 @@ pub struct Equipment<'a> {
     pub deadline: Option<SystemTime>,
 }
 
-/// Creates the run of `problem`.
+/// The description of a run of `problem`.
+pub fn described(problem: Problem, threads: NonZeroUsize, ticket: Option<String>) -> Manifest {
+    Manifest {
+        ticket: ticket.unwrap_or_default(),
+        ..Manifest::new(problem, threads.get())
+    }
+}
+
+/// Creates a run, which takes up a step of another one where `parent` says so.
 ///
 /// # Errors
 /// The store refuses.
 pub fn create(
     store: &Store,
     name: RunName,
-    problem: Problem,
-    threads: NonZeroUsize,
+    parent: Option<StepAddress>,
+    manifest: &Manifest,
 ) -> Result<RunName, RunError> {
-    let manifest = Manifest::new(problem, threads.get());
-    let created = since_1970().as_secs();
     let run = NewRun {
         name,
-        created,
-        parent: None,
+        created: since_1970().as_secs(),
+        parent,
         manifest: manifest.to_bytes(),
     };
     Ok(store.create_run(run)?.name)
@@ -181,7 +189,8 @@ fn drive(
     equipment: &Equipment<'_>,
     desk: Desk,
 ) -> Result<SessionEnd, RunError> {
-    match conduct(campaign, equipment, Some(desk))? {
+    let pause = campaign.core.pause.clone();
+    match conduct(campaign, equipment, pause, Some(desk))? {
         Conducted::Stopped(stop) => Ok(SessionEnd::Interrupted(stop)),
         Conducted::Whole => match campaign.ending() {
             Some(Ending::Completed) => Ok(SessionEnd::Completed),
@@ -203,13 +212,27 @@ pub enum Conducted {
 }
 
 /// Runs a graph from its first join on, listening to signals, to the deadline, and at the desk of a run where there is
-/// one: the first stop is in order, the second at once.
+/// one: the first stop is in order, the second at once. `pause` is the switch by which it is held up.
 ///
 /// # Errors
 /// The director's, or the engine's.
 pub fn conduct<D: Director<Job, Error = RunError>>(
     director: &mut D,
     equipment: &Equipment<'_>,
+    pause: PauseToken,
+    desk: Option<Desk>,
+) -> Result<Conducted, RunError> {
+    let pool = LocalPool::new(equipment.threads);
+    let pool = pool.map_err(|error| RunError::Engine(error.to_string()))?;
+    conduct_on(Arc::new(pool), director, equipment, pause, desk)
+}
+
+/// The same on an executor of the caller's.
+pub fn conduct_on<D: Director<Job, Error = RunError>>(
+    executor: Arc<impl Executor<Job> + 'static>,
+    director: &mut D,
+    equipment: &Equipment<'_>,
+    pause: PauseToken,
     desk: Option<Desk>,
 ) -> Result<Conducted, RunError> {
     let engine_failed = |error: &dyn std::fmt::Display| RunError::Engine(error.to_string());
@@ -218,8 +241,7 @@ pub fn conduct<D: Director<Job, Error = RunError>>(
         .enable_all()
         .build()
         .map_err(|error| engine_failed(&error))?;
-    let pool = LocalPool::new(equipment.threads).map_err(|error| engine_failed(&error))?;
-    let (cancel, pause) = (CancelToken::new(), PauseToken::new());
+    let cancel = CancelToken::new();
     let mut graph = Graph::new();
     graph.add_join("start", Vec::new())?;
     let options = RunOptions {
@@ -235,7 +257,7 @@ pub fn conduct<D: Director<Job, Error = RunError>>(
         desk,
     );
     let summary = runtime.block_on(async {
-        let run = engine::run(graph, director, Arc::new(pool), options);
+        let run = engine::run(graph, director, executor, options);
         tokio::select! {
             summary = run => summary,
             never = attendant.attend(&cancel, &pause) => match never {},

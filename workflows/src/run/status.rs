@@ -6,7 +6,7 @@ use std::{
 };
 
 use serde_json::{Value, json};
-use store::StepIndex;
+use store::{FrameCount, StepIndex, WaveIndex};
 
 use super::{
     Context,
@@ -14,7 +14,7 @@ use super::{
     frames::ANSWER,
     list,
     open::explain,
-    text,
+    queue, text,
     view::{RunView, Standing, View},
 };
 use crate::{address::RunName, failure::Failure, report::Report};
@@ -41,11 +41,20 @@ pub fn status(context: &Context<'_>, name: Option<&RunName>) -> Result<Report, F
     all.sort_by_key(|run| run.standing.is_alive());
     let (texts, data): (Vec<String>, Vec<Value>) =
         all.iter().map(|run| describe(&view, run, now)).unzip();
+    let (waiting, failed) = queue::counts(&context.store);
     let text = match texts.is_empty() {
         true => format!("No runs in {}.", context.store.display()),
         false => texts.concat(),
     };
-    Ok(Report::new(text, &json!({ "runs": data })))
+    let mut text = text;
+    if waiting + failed > 0 {
+        let _ = write!(
+            text,
+            "\nQueue: {waiting} to be computed, {failed} failed; `femdem-flow queue` lists them"
+        );
+    }
+    let queue = json!({ "open": waiting, "failed": failed });
+    Ok(Report::new(text, &json!({ "runs": data, "queue": queue })))
 }
 
 fn describe(view: &View, run: &RunView, now: f64) -> (String, Value) {
@@ -182,16 +191,10 @@ fn describe_step(step: &RunningStep, tasks_done: u64, now: f64, running: bool) -
 /// Element tasks of the wave in progress whose answers are journalled.
 fn journalled(view: &View, run: &RunView, step: &RunningStep) -> u64 {
     let Some(wave) = step.wave else { return 0 };
-    let contents = view
-        .store
-        .read_wave(run.id(), StepIndex(step.step), store::WaveIndex(wave));
+    let (step, wave) = (StepIndex(step.step), WaveIndex(wave));
     // A journal that cannot be read now was just committed or cut: the next look will tell.
-    let answers = contents.ok().flatten().map_or(0, |contents| {
-        contents
-            .frames
-            .iter()
-            .filter(|frame| frame.id.kind == ANSWER)
-            .count() as u64
-    });
+    let mut count = FrameCount::default();
+    let store = &view.store;
+    let answers = store.count_frames(run.id(), step, wave, ANSWER, &mut count);
     answers / super::place::points_per_element(run) as u64
 }

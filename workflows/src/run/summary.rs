@@ -25,7 +25,7 @@ pub struct StepSummary {
     pub cuts: u32,
     /// The REV solves of all attempts in this session.
     pub revs: RevFigures,
-    /// Wall seconds of the step, sessions added up as far as known.
+    /// Wall seconds of the step, pauses left out, sessions added up as far as known.
     pub wall_s: f64,
     /// CPU seconds of its tasks.
     pub cpu_s: f64,

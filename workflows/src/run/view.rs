@@ -12,7 +12,7 @@ use super::{
     error::RunError,
     events::{self, Whereabouts},
     manifest::Manifest,
-    open::{explain, find, refused},
+    open::{Holder, explain, find, refused},
     summary::StepSummary,
 };
 use crate::{
@@ -24,14 +24,7 @@ use crate::{
 pub struct View {
     /// The store.
     pub store: ReadOnlyStore,
-    owner: Option<Owner>,
-}
-
-/// The process that owns a store.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Owner {
-    /// Its number, where `LOCK` says it.
-    pid: Option<u32>,
+    owner: Option<Holder>,
 }
 
 /// How a run stands: what the store says of it, told apart from a process that died.
@@ -173,12 +166,7 @@ impl View {
             })
             .collect();
         let place = events::read(&self.store.events_path(name));
-        let standing = match self.standing(record.state, place.pid) {
-            Standing::Running if place.pausing.is_some() => Standing::Paused,
-            Standing::Running => Standing::Running,
-            _ if lost => Standing::Damaged,
-            standing => standing,
-        };
+        let standing = self.standing_at(record.state, &place, lost);
         Ok(RunView {
             record,
             standing,
@@ -186,6 +174,27 @@ impl View {
             steps,
             place,
         })
+    }
+
+    /// How a run stands, without looking at its steps: whether one is lost is not seen.
+    pub fn standing_of(&self, id: &store::RunName) -> Result<Standing, RunError> {
+        let record = self.store.run(id)?;
+        let place = events::read(&self.store.events_path(id));
+        Ok(self.standing_at(record.state, &place, false))
+    }
+
+    /// The process that holds the store, if one does.
+    pub fn holder(&self) -> Option<&Holder> {
+        self.owner.as_ref()
+    }
+
+    fn standing_at(&self, state: RunState, place: &Whereabouts, lost: bool) -> Standing {
+        match self.standing(state, place.pid) {
+            Standing::Running if place.pausing.is_some() => Standing::Paused,
+            Standing::Running => Standing::Running,
+            _ if lost => Standing::Damaged,
+            standing => standing,
+        }
     }
 
     /// How a run stands, pauses apart.
@@ -196,8 +205,8 @@ impl View {
             RunState::Completed => Standing::Completed,
             RunState::Failed => Standing::Failed,
             // The owner of the store may be at another of its runs.
-            RunState::Running => match self.owner {
-                Some(Owner { pid }) if pid.is_none() || session.is_none() || pid == session => {
+            RunState::Running => match self.owner.as_ref().map(|owner| owner.pid) {
+                Some(pid) if pid.is_none() || session.is_none() || pid == session => {
                     Standing::Running
                 }
                 _ => Standing::Killed,
@@ -210,16 +219,20 @@ impl View {
 ///
 /// The lock itself is the only sure sign: process numbers are reused, and mean nothing on another host. Where nobody
 /// holds it, asking holds it for an instant, shared with others who ask.
-fn owner(dir: &Path) -> Option<Owner> {
+pub fn owner(dir: &Path) -> Option<Holder> {
     let path = dir.join("LOCK");
     let file = File::open(&path).ok()?;
     match file.try_lock_shared() {
         Err(TryLockError::WouldBlock) => {
             let text = std::fs::read_to_string(&path).unwrap_or_default();
-            let pid = text
-                .lines()
-                .find_map(|line| line.strip_prefix("pid ")?.trim().parse().ok());
-            Some(Owner { pid })
+            let value = |key: &str| {
+                let mut lines = text.lines();
+                lines.find_map(|line| line.strip_prefix(key).map(str::trim))
+            };
+            Some(Holder {
+                pid: value("pid ").and_then(|pid| pid.parse().ok()),
+                host: value("host ").map(str::to_owned),
+            })
         }
         Ok(()) | Err(TryLockError::Error(_)) => None,
     }
@@ -342,8 +355,9 @@ mod tests {
         let store = Store::open(folder.path()).unwrap();
         assert_eq!(
             owner(folder.path()),
-            Some(Owner {
-                pid: Some(std::process::id())
+            Some(Holder {
+                pid: Some(std::process::id()),
+                host: Some(crate::machine::host()),
             })
         );
         drop(store);
@@ -359,7 +373,7 @@ mod tests {
             owner,
         };
         drop(Store::open(folder.path()).unwrap());
-        let of = |pid| Some(Owner { pid });
+        let of = |pid| Some(Holder { pid, host: None });
         let standing = |owner, session| open(owner).standing(RunState::Running, session);
         assert_eq!(standing(None, Some(7)), Standing::Killed);
         assert_eq!(standing(of(Some(7)), Some(7)), Standing::Running);

@@ -47,6 +47,8 @@ impl Bar {
 impl Progress for Bar {
     fn run_started(&self, run: &str, done: u64, of: u64) {
         self.state().remaining.restart();
+        // A second run after the first one is finished.
+        self.bar.reset();
         self.bar.println(match done {
             0 => format!("run {run}: {of} load steps"),
             _ => format!("run {run}: {done} of {of} load steps are done, going on"),
@@ -97,6 +99,10 @@ impl Progress for Bar {
     }
 
     fn note(&self, text: &str) {
+        self.bar.println(text);
+    }
+
+    fn warning(&self, text: &str) {
         self.bar.println(text);
     }
 

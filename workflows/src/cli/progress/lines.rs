@@ -100,6 +100,10 @@ impl<W: Write + Send> Progress for Lines<W> {
         self.state().line(text);
     }
 
+    fn warning(&self, text: &str) {
+        self.state().line(text);
+    }
+
     fn finished(&self) {}
 }
 

@@ -2,9 +2,12 @@
 
 mod bar;
 mod lines;
+mod quiet;
 mod remaining;
 
-use crate::progress::{Progress, Silent};
+use std::sync::Arc;
+
+use crate::progress::Progress;
 
 /// Who looks at the progress.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,10 +21,10 @@ pub enum Audience {
 }
 
 /// The view for `audience`; it writes to stderr.
-pub fn for_audience(audience: Audience) -> Box<dyn Progress> {
+pub fn for_audience(audience: Audience) -> Arc<dyn Progress> {
     match audience {
-        Audience::Terminal => Box::new(bar::Bar::new()),
-        Audience::Log => Box::new(lines::Lines::new(std::io::stderr())),
-        Audience::Nobody => Box::new(Silent),
+        Audience::Terminal => Arc::new(bar::Bar::new()),
+        Audience::Log => Arc::new(lines::Lines::new(std::io::stderr())),
+        Audience::Nobody => Arc::new(quiet::Quiet),
     }
 }

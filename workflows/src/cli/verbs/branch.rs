@@ -68,6 +68,11 @@ struct Common {
 }
 
 impl Args {
+    /// How the verb is supervised.
+    pub fn supervised(&self) -> &terms::Supervised {
+        self.common.terms.supervised()
+    }
+
     /// What is asked for.
     pub fn wish(&self) -> Wish {
         let programme = self.programme.clone().map(|yaml| Text {
@@ -122,6 +127,11 @@ impl Args {
 }
 
 impl RerunArgs {
+    /// How the verb is supervised.
+    pub fn supervised(&self) -> &terms::Supervised {
+        self.common.terms.supervised()
+    }
+
     /// What is asked for.
     pub fn wish(&self) -> Wish {
         self.common.wish(&self.at, None, None)
@@ -148,12 +158,12 @@ impl Common {
 }
 
 pub fn perform(args: &Args, context: &Context<'_>) -> Result<Report, Failure> {
-    let terms = args.common.terms.terms();
+    let terms = args.common.terms.terms(context);
     run::derive(context, &args.wish(), Scope::Branch, &terms)
 }
 
 pub fn perform_rerun(args: &RerunArgs, context: &Context<'_>) -> Result<Report, Failure> {
-    let terms = args.common.terms.terms();
+    let terms = args.common.terms.terms(context);
     run::derive(context, &args.wish(), Scope::Rerun, &terms)
 }
 

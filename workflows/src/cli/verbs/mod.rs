@@ -10,6 +10,7 @@ pub mod import;
 pub mod keeping;
 pub mod plan;
 pub mod plot;
+pub mod queue;
 pub mod replay;
 pub mod resume;
 pub mod rev;
@@ -20,15 +21,18 @@ pub mod store;
 pub mod submit;
 pub mod terms;
 pub mod verify;
+pub mod watch;
 
-use super::args::Verb;
+use std::io::Write;
+
+use super::args::{Cli, Verb};
 use crate::failure::Failure;
 use crate::report::Report;
 use crate::run::{self, Context};
 
 /// Does what the verb says.
-pub fn perform(verb: &Verb, context: &Context<'_>) -> Result<Report, Failure> {
-    match verb {
+pub fn perform(cli: &Cli, context: &Context<'_>, out: &mut dyn Write) -> Result<Report, Failure> {
+    match &cli.verb {
         Verb::Submit(args) => submit::perform(args, context),
         Verb::Resume(args) => resume::perform(args, context),
         Verb::Branch(args) => branch::perform(args, context),
@@ -42,6 +46,8 @@ pub fn perform(verb: &Verb, context: &Context<'_>) -> Result<Report, Failure> {
         Verb::Runs => run::runs(context),
         Verb::Show(args) => show::perform(args, context),
         Verb::Status(args) => status::perform(args, context),
+        Verb::Queue(args) => queue::perform(args, context),
+        Verb::Watch(args) => watch::perform(args, context, cli.global.format(), out),
         Verb::Cancel(args) => control::cancel(args, context),
         Verb::Pause(args) => control::pause(args, context),
         Verb::Continue(args) => control::go_on(args, context),
@@ -56,5 +62,20 @@ pub fn perform(verb: &Verb, context: &Context<'_>) -> Result<Report, Failure> {
         Verb::Store(verb) => store::perform(verb, context),
         Verb::Schema => Ok(schema::perform()),
         Verb::Completions(args) => Ok(completions::perform(args)),
+    }
+}
+
+impl Verb {
+    /// What is asked of a supervisor, where the verb computes and one is asked for.
+    pub fn supervised(&self) -> Option<super::supervise::Order> {
+        let terms = match self {
+            Verb::Submit(args) => args.supervised(),
+            Verb::Resume(args) => args.supervised(),
+            Verb::Branch(args) => args.supervised(),
+            Verb::Rerun(args) => args.supervised(),
+            Verb::Queue(args) => args.supervised()?,
+            _ => return None,
+        };
+        terms.order()
     }
 }

@@ -15,6 +15,11 @@ pub struct Args {
 }
 
 impl Args {
+    /// How the verb is supervised.
+    pub fn supervised(&self) -> &terms::Supervised {
+        self.terms.supervised()
+    }
+
     /// The run.
     pub fn run(&self) -> &RunName {
         &self.run
@@ -22,5 +27,5 @@ impl Args {
 }
 
 pub fn perform(args: &Args, context: &Context<'_>) -> Result<Report, Failure> {
-    run::resume(context, &args.run, &args.terms.terms())
+    run::resume(context, &args.run, &args.terms.terms(context))
 }

@@ -22,6 +22,11 @@ pub struct Args {
 }
 
 impl Args {
+    /// How the verb is supervised.
+    pub fn supervised(&self) -> &terms::Supervised {
+        self.terms.supervised()
+    }
+
     /// The checked input, and the name that is to replace its own.
     pub fn problem(&self) -> Result<(Problem, Option<RunName>), Failure> {
         Ok((input::load(&self.file)?, self.name.clone()))
@@ -29,6 +34,11 @@ impl Args {
 }
 
 pub fn perform(args: &Args, context: &Context<'_>) -> Result<Report, Failure> {
+    let terms = args.terms.terms(context);
+    if let Some(report) = run::again(context, &terms) {
+        // The file may have changed since; the run is what was submitted.
+        return report;
+    }
     let (problem, name) = args.problem()?;
-    run::submit(context, problem, name, &args.terms.terms())
+    run::submit(context, problem, name, &terms)
 }

@@ -4,23 +4,74 @@ use std::time::SystemTime;
 
 use jiff::{Span, Timestamp, Zoned, civil};
 
-use crate::run::Terms;
+use crate::cli::supervise::Order;
+use crate::run::{Context, Sharing, Terms};
 
+/// How long a process computes, and what happens where it dies.
 #[derive(Debug, Clone, clap::Args)]
-pub struct Args {
+pub struct Supervised {
     /// Stop in order at this time: `18:30` (the next one), `2026-11-27T06:00`, both local time, or after a span, `7h 50m`.
     ///
     /// What is committed and journalled stays, `resume` goes on, and the exit code is 75.
     #[arg(long, value_name = "TIME", value_parser = until)]
     until: Option<SystemTime>,
+    /// Start again, so often at most, where the computing process dies: of a signal that nobody ordered, as when memory runs
+    /// out, or of a bug. A stop in order or a step that cannot be solved is no reason.
+    #[arg(long, value_name = "N", default_value = "0")]
+    max_restarts: u32,
+}
+
+/// The terms of verbs that bring work of their own.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    supervised: Supervised,
+    /// Do not queue the work where another process holds the store, but fail with exit code 3; and leave what is queued alone.
+    #[arg(long)]
+    alone: bool,
+    /// Only queue the work; `queue run`, or whoever computes in the store next, does it.
+    #[arg(long, conflicts_with_all = ["alone", "until", "max_restarts"])]
+    queue: bool,
+}
+
+impl Supervised {
+    /// In the words of [`crate::run`]. A supervised process is told its deadline: a span would begin anew in each life.
+    pub fn terms(&self, context: &Context<'_>) -> Terms {
+        Terms {
+            deadline: match context.supervision {
+                Some(supervision) => supervision.deadline,
+                None => self.until,
+            },
+            sharing: Sharing::Queue,
+            ticket: context.supervision.map(|told| told.ticket.clone()),
+        }
+    }
+
+    /// What is asked of a supervisor, if one is asked for.
+    pub fn order(&self) -> Option<Order> {
+        (self.max_restarts > 0).then_some(Order {
+            restarts: self.max_restarts,
+            deadline: self.until,
+        })
+    }
 }
 
 impl Args {
     /// In the words of [`crate::run`].
-    pub fn terms(&self) -> Terms {
+    pub fn terms(&self, context: &Context<'_>) -> Terms {
         Terms {
-            deadline: self.until,
+            sharing: match (self.alone, self.queue) {
+                (true, _) => Sharing::Alone,
+                (_, true) => Sharing::Later,
+                _ => Sharing::Queue,
+            },
+            ..self.supervised.terms(context)
         }
+    }
+
+    /// How the verb is supervised.
+    pub fn supervised(&self) -> &Supervised {
+        &self.supervised
     }
 }
 

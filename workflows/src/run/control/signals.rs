@@ -74,6 +74,12 @@ impl Signals {
     pub fn received(&self) -> watch::Receiver<Received> {
         self.received.clone()
     }
+
+    /// The signal by which the process was asked to stop, if it was.
+    pub fn stop(&self) -> Option<i32> {
+        let received = *self.received.borrow();
+        (received.stops > 0).then_some(received.last)
+    }
 }
 
 struct Kinds {
