@@ -11,8 +11,9 @@
 //! residual (switched evolution relaxation: Mulder and van Leer 1985; Kelley and Keyes 1998), so that the motion turns
 //! into Newton's method as it comes to rest. The strain of a sweep is bounded, since a REV follows small increments only.
 //!
-//! The work of the unbalanced forces on the way is what a real body would have turned into motion and noise; it is
-//! reported with the step.
+//! The work of the unbalanced forces on the way is reported with the step. It holds what a real body would have turned
+//! into motion and noise, and also what the step, applied at once, overshoots before the material yields: it falls
+//! with the step size towards the former.
 
 use serde::{Deserialize, Serialize};
 

@@ -74,7 +74,7 @@ pub struct StepOutcome<const D: usize> {
     /// body is deformed by its surroundings.
     pub work: f64,
     /// Work of the unbalanced forces on the way from one end state to the next in the path phase and the overdamped
-    /// motion: the energy that was set free, ½(R_k + R_{k+1})·(x_k − x_{k+1}) added up.
+    /// motion: ½(R_k + R_{k+1})·(x_k − x_{k+1}) added up.
     pub released: f64,
     /// Every sweep, in order.
     pub sweeps: Vec<SweepReport>,

@@ -452,13 +452,14 @@ fn steps(run: &RunView) -> String {
     text
 }
 
-/// Work done on a body, and what part of it its instabilities set free again.
+/// Work done on a body, and what unbalanced forces did on the way from iterate to iterate: what instabilities set free,
+/// and what a whole load step overshoots before the grains yield.
 pub fn energy(work: f64, released: f64) -> String {
     if work == 0.0 {
         return String::new();
     }
     format!(
-        "  energy     {work:.4e} put into the body, {released:.2e} ({:.2} %) set free between equilibria\n",
+        "  energy     {work:.4e} put into the body; unbalanced forces did {released:.2e} ({:.1} %) between iterates\n",
         100.0 * released / work.abs()
     )
 }

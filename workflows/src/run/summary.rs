@@ -35,7 +35,7 @@ pub struct StepSummary {
     /// Work of the stresses on the strains of the step, over the body.
     #[serde(default)]
     pub work: f64,
-    /// Work of the unbalanced forces of its iterations: what instabilities set free.
+    /// Work of the unbalanced forces between its iterates: what instabilities set free, and what the step overshot.
     #[serde(default)]
     pub released: f64,
     /// Gauss points whose grains do not touch at its end.
