@@ -257,7 +257,7 @@ fn an_entry_that_fails_does_not_stop_the_rest_and_says_why() {
         .success();
     // Both steps that cannot be solved and those that come after them are reached.
     let hopeless = format!(
-        "{}solver: {{ iterations: 1, elastic_iterations: 0, smallest_step: 1.0, force_tolerance: 1e-12, loosest_force_tolerance: 1e-12 }}\n",
+        "{}solver: {{ iterations: 1, relaxation_iterations: 0, smallest_step: 1.0, force_tolerance: 1e-12, loosest_force_tolerance: 1e-12 }}\n",
         inputs::biaxial("hopeless", 40, 1)
     );
     let hopeless = place.write("hopeless.yaml", &hopeless);

@@ -141,7 +141,7 @@ fn what_is_stopped_in_order_or_cannot_be_computed_is_not_started_again() {
         .ended_with(75);
 
     let hopeless = format!(
-        "{}solver: {{ iterations: 1, elastic_iterations: 0, smallest_step: 1.0, force_tolerance: 1e-12, loosest_force_tolerance: 1e-12 }}\n",
+        "{}solver: {{ iterations: 1, relaxation_iterations: 0, smallest_step: 1.0, force_tolerance: 1e-12, loosest_force_tolerance: 1e-12 }}\n",
         inputs::biaxial("hopeless", 40, 1)
     );
     let hopeless = place.write("hopeless.yaml", &hopeless);
