@@ -201,19 +201,22 @@ fn write(
     Ok(files)
 }
 
-/// The curves of a run: one row for each committed step that can be read.
+/// The curves of a run: one row for each committed step that can be read; the others are noted.
 ///
 /// # Errors
-/// A step that cannot be read.
-pub fn table(view: &View, run: &RunView) -> Result<Table, ExportError> {
+/// A run that cannot be read.
+pub fn table(view: &View, run: &RunView, left_out: &mut LeftOut) -> Result<Table, ExportError> {
     let InputModel::Body(body) = &run.manifest.problem.model else {
-        // The steps that are left out are those that cannot be read.
-        return test_curve(view, run, &mut LeftOut::default());
+        return test_curve(view, run, left_out);
     };
     let results = BodyResults::open(view, run, body)?;
     let mut table = curves::Curves::new(run, &results, body);
-    for step in run.steps.iter().filter(|step| step.record.is_sound()) {
-        table.push(step, &results.state(step)?)?;
+    for step in &run.steps {
+        if left_out.admit(step)
+            && let Some(state) = left_out.unless_damaged(step, results.state(step))?
+        {
+            table.push(step, &state)?;
+        }
     }
     Ok(table.finish())
 }

@@ -272,7 +272,7 @@ pub fn curve(
     output: Option<&PictureFile>,
 ) -> Result<Report, Failure> {
     let view = View::open(context)?;
-    let mut lines = Vec::new();
+    let (mut lines, mut gaps) = (Vec::new(), Vec::new());
     for address in addresses {
         let run = view.run(&address.run)?;
         let (from, to) = match address.steps {
@@ -285,7 +285,8 @@ pub fn curve(
                 )
             }
         };
-        let table = export::table(&view, &run)
+        let mut left_out = export::LeftOut::default();
+        let table = export::table(&view, &run, &mut left_out)
             .map_err(|error| error.explain(&format!("draw run `{}`", run.name())))?;
         let is_wanted = |step: f64| {
             from.is_none_or(|from| step >= f64::from(from))
@@ -300,6 +301,7 @@ pub fn curve(
                 Failure::new(FailureKind::Usage, what).hint(format!("it has {}", names.join(", ")))
             })?;
         }
+        gaps.push((run.name().clone(), left_out));
         let name = address.to_string();
         lines.push(Line {
             name,
@@ -326,7 +328,10 @@ pub fn curve(
         "points": lines.iter().map(|line| line.table.rows().len()).collect::<Vec<_>>(),
         "file": file.path(),
     });
-    Ok(Report::new(text, &data))
+    let report = Report::new(text, &data);
+    gaps.iter().try_fold(report, |report, (run, left_out)| {
+        left_out.conclude(run, context.progress, report)
+    })
 }
 
 /// Writes the picture where it is wanted, by default as a PNG named `stem` in the working directory.
