@@ -22,6 +22,14 @@ pub fn yaml(bytes: &[u8]) {
     }
 }
 
+/// A mesh of Gmsh.
+pub fn mesh(bytes: &[u8]) {
+    match workflows::input::gmsh::read(bytes, "fuzz.msh") {
+        Ok(mesh) => assert!(mesh.mesh().element_count() > 0, "a mesh of nothing"),
+        Err(errors) => assert!(!errors.0.is_empty(), "refused without a reason"),
+    }
+}
+
 /// A packing of another code.
 pub fn packing(bytes: &[u8]) {
     let Ok(record) = serde_json::from_slice::<solver_dem::exchange::PackingRecord>(bytes) else {

@@ -1,8 +1,9 @@
 //! A store that is killed at work, again and again: while a run is prepared and computed, while it is resumed, while a
-//! branch is made, while load steps are pruned, while a run is deleted. After each kill everything that was committed is
+//! branch is made, while load steps are pruned, while a run is deleted, while an archive is imported. After each kill everything that was committed is
 //! there and sound; in the end everything has the bits of a store that nobody disturbed.
 
 use std::collections::BTreeMap;
+use std::fs;
 use std::path::Path;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
@@ -17,6 +18,15 @@ const RUN: &str = "campaign";
 const BRANCH: &str = "branch campaign@1 --ramp shortening=0 --steps 2 --name other";
 const PRUNE: &str = "prune campaign --keep-last 1";
 const DELETE: &str = "delete other";
+const IMPORT: &str = "import campaign.archive";
+
+fn sound(place: &Workplace) -> Result<(), String> {
+    let check = place.run(["store", "check", "--deep"]);
+    match check.code {
+        Some(0) => Ok(()),
+        _ => Err(format!("the store is not sound: {check:#?}")),
+    }
+}
 
 /// What was being done when the process was killed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -33,6 +43,8 @@ pub enum Phase {
     Pruning,
     /// A run is deleted.
     Deleting,
+    /// A run and its branch are taken into another store.
+    Importing,
 }
 
 /// The input of a campaign and what it comes to when nobody disturbs it.
@@ -40,6 +52,8 @@ pub struct Campaign {
     input: String,
     /// Events of the calm run.
     events: u64,
+    /// The run and its branch as one file.
+    archive: Vec<u8>,
     /// What the store holds after run, branch, prune, delete.
     calm: [BTreeMap<String, Steps>; 4],
     /// How long the short verbs take, undisturbed, as measured last.
@@ -58,6 +72,7 @@ impl Campaign {
         let mut campaign = Self {
             input,
             events: 0,
+            archive: Vec::new(),
             calm: Default::default(),
             durations: BTreeMap::new(),
             kills: BTreeMap::new(),
@@ -70,7 +85,14 @@ impl Campaign {
         for (number, verb) in [BRANCH, PRUNE, DELETE].into_iter().enumerate() {
             campaign.timed(&place, verb);
             campaign.calm[number + 1] = held();
+            if verb == BRANCH {
+                let export = format!("export {RUN} --subtree --archive exported.archive");
+                place.run(export.split(' ')).success();
+                let archive = fs::read(place.dir().join("exported.archive"));
+                campaign.archive = archive.expect("the archive is written");
+            }
         }
+        campaign.timed(&campaign.place(), IMPORT);
         campaign
     }
 
@@ -129,16 +151,22 @@ impl Campaign {
             self.timed(&place, DELETE);
         }
         self.holds(&place, 3)?;
-        let check = place.run(["store", "check", "--deep"]);
-        match check.code {
-            Some(0) => Ok(()),
-            _ => Err(format!("the store is not sound: {check:#?}")),
+        sound(&place)?;
+
+        let (place, mut known) = (self.place(), BTreeMap::new());
+        self.killed(&place, IMPORT, Phase::Importing, most, random, &mut known)?;
+        if history::everything(&place.store())?.is_empty() {
+            self.timed(&place, IMPORT);
         }
+        self.holds(&place, 1)?;
+        sound(&place)
     }
 
     fn place(&self) -> Workplace {
         let place = Workplace::new();
         place.write("campaign.yaml", &self.input);
+        let archive = place.dir().join("campaign.archive");
+        fs::write(archive, &self.archive).expect("a temporary folder can be written to");
         place
     }
 
@@ -181,6 +209,10 @@ impl Campaign {
             // A branch that was made before the kill is there, and is gone on with.
             let made = verb == BRANCH && known.contains_key("other");
             let verb = if made { "resume other" } else { verb };
+            if verb == IMPORT && !known.is_empty() {
+                // All of it came in, or some of it, which the end shows.
+                break;
+            }
             let session = place.start(verb.split(' '));
             sleep(Duration::from_micros(random.below(length)));
             session.signal(Signal::KILL);

@@ -52,6 +52,20 @@ pub fn meshes() -> Vec<PathBuf> {
     files_in(&folder(), "msh")
 }
 
+/// Copies what inputs refer to, meshes above all, into `folder`.
+///
+/// # Panics
+/// Where that cannot be done.
+pub fn bring_what_they_read(into: &Path) {
+    let entries = fs::read_dir(folder()).expect("the folder of the examples is there");
+    let files = entries.flatten().map(|entry| entry.path());
+    for file in files.filter(|path| path.is_file() && path.extension().is_none_or(|e| e != "yaml"))
+    {
+        let name = file.file_name().expect("a file has a name");
+        fs::copy(&file, into.join(name)).expect("a file can be copied");
+    }
+}
+
 /// All examples, reduced.
 ///
 /// # Panics

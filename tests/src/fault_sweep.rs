@@ -59,6 +59,11 @@ pub fn writing() -> Vec<Scene> {
     let long = with_input(Workplace::new(), 5);
     long.run(words(SUBMIT)).success();
     long.run(words(BRANCH)).success();
+    let archived = with_input(Workplace::new(), 2);
+    let archive = archived.dir().join("other.archive");
+    let archive = archive.to_str().expect("a plain name");
+    long.run(["export", "other", "--archive", archive])
+        .success();
     vec![
         Scene::new(SUBMIT, &empty, &["resume small", SUBMIT]),
         Scene::new(
@@ -75,6 +80,16 @@ pub fn writing() -> Vec<Scene> {
         Scene::new("delete other", &long, &["delete other", "runs"]),
         Scene::new("store rebuild", &long, &["store rebuild"]),
         Scene::new("store set-back small@1", &whole, &["resume small"]),
+        Scene::new(
+            "rename small better",
+            &whole,
+            &["show better", "rename small better"],
+        ),
+        Scene::new(
+            "import other.archive",
+            &archived,
+            &["show other", "import other.archive"],
+        ),
         Scene::new("note small remember", &whole, &["note small remember"]),
     ]
 }
@@ -234,7 +249,9 @@ impl Scene {
 
     fn is_done(&self, place: &Workplace, outcome: &Outcome) -> Result<(), String> {
         let found = history::everything(&place.store())?;
-        if found != self.calm.at_once {
+        // A load step that could not be read when it was to be pruned is named and stays.
+        let stays = outcome.err.contains(".pack: ") && same_digests(&found, &self.calm.at_once);
+        if found != self.calm.at_once && !stays {
             return Err(format!(
                 "it left {} and not {}",
                 history::in_words(&found),
@@ -268,6 +285,18 @@ impl Scene {
         }
         Err(format!("it cannot be done again: {said:#?}"))
     }
+}
+
+/// Whether the same steps are there, pruned or not.
+fn same_digests(found: &BTreeMap<String, Steps>, expected: &BTreeMap<String, Steps>) -> bool {
+    let plain = |runs: &BTreeMap<String, Steps>| -> Vec<_> {
+        let steps = |(run, (_, steps)): (&String, &Steps)| {
+            let digests = steps.iter().map(|(step, digest, _)| (*step, *digest));
+            (run.clone(), digests.collect::<Vec<_>>())
+        };
+        runs.iter().map(steps).collect()
+    };
+    plain(found) == plain(expected)
 }
 
 /// What a sweep came to.

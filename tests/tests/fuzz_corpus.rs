@@ -100,6 +100,11 @@ fn any_input_is_taken_or_refused() {
 }
 
 #[test]
+fn any_mesh_is_taken_or_refused() {
+    replay("mesh", entries::mesh, &["workflows/tests/meshes"], MANY);
+}
+
+#[test]
 fn any_packing_is_taken_or_refused() {
     replay("packing", entries::packing, &[], MANY);
 }
