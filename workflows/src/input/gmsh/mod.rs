@@ -4,8 +4,8 @@
 //! is looked after reads both: this reader does, and nothing else of the format.
 //!
 //! 1. `scan`: a position in the bytes; tokens, numbers, sections;
-//! 2. `msh2`, `msh4`: the sections of a format to the [`raw`] contents, which are the same for both;
-//! 3. [`build`]: the contents to an [`Imported`] mesh, with its groups, checked.
+//! 2. `msh2`, `msh4`: the sections of a format to the `raw` contents, which are the same for both;
+//! 3. `build`: the contents to an [`Imported`] mesh, with its groups, checked.
 //!
 //! Anything may stand in a file. Counts are believed only as far as the bytes reach, no index is used unchecked, and
 //! what is left out (partitions, volumes, mixed elements) is refused in words.
