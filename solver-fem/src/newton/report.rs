@@ -20,7 +20,8 @@ pub enum Phase {
     Relaxation,
 }
 
-/// One sweep: a wave, and how good its answer was.
+/// One sweep: a wave, and how good its answer was. Stored field by field in this order: new ones come last, but
+/// before the one that may be left out.
 #[derive(Serialize, Deserialize, Clone, Copy, PartialEq, Debug)]
 pub struct SweepReport {
     /// Number of the wave.
@@ -33,13 +34,13 @@ pub struct SweepReport {
     pub correction: f64,
     /// Number of points that re-based their friction history.
     pub rebased: usize,
-    /// Number of points that found no lasting equilibrium.
-    #[serde(default)]
-    pub provisional: usize,
     /// Number of tangents that were blended towards the elastic ones to compute that correction.
     pub safeguarded: usize,
     /// Relative residual of the linear solve of that correction.
     pub linear_residual: f64,
+    /// Number of points that found no lasting equilibrium.
+    #[serde(default)]
+    pub provisional: usize,
     /// ‖∫(grad u − v)‖/‖∫grad u‖ of the step, where there is a second gradient: it must fall below
     /// the force tolerance too.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -51,7 +51,7 @@ impl StepSummary {
     }
 }
 
-/// What the REV solvers did, added up.
+/// What the REV solvers did, added up. Stored field by field in this order: new ones come last.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RevFigures {
     /// Solves.
@@ -64,14 +64,14 @@ pub struct RevFigures {
     pub path: u64,
     /// Solves whose tangent is the affine one, for want of a regular network.
     pub affine_tangents: u64,
+    /// The largest residual that was accepted as equilibrium.
+    pub worst_residual: f64,
     /// Solves that found no equilibrium, in iterations that went on from what they came to.
     #[serde(default)]
     pub unsettled: u64,
     /// Solves that ended without any contact.
     #[serde(default)]
     pub gave_way: u64,
-    /// The largest residual that was accepted as equilibrium.
-    pub worst_residual: f64,
 }
 
 impl RevFigures {
