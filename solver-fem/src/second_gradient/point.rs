@@ -53,7 +53,7 @@ pub struct Point<const D: usize> {
 /// Derivatives along L = grad(du).
 #[derive(Clone, PartialEq, Debug)]
 pub struct Linearisation<const D: usize> {
-    /// `double_stress[i][j][m]` [k][l]: of the factor of v*_{ij,m}, at dv = 0.
+    /// `double_stress[i][j][m][k][l]`: of the factor of v*_{ij,m}, at dv = 0.
     pub double_stress: [Tensor4<D>; D],
     /// `multiplier[i][j][k][l]`: of the factor of v*_ij.
     pub multiplier: Tensor4<D>,
