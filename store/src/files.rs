@@ -36,6 +36,8 @@ pub(crate) fn write_synced(path: &Path, bytes: &[u8]) -> Result<(), IoFailure> {
 pub(crate) fn rename_durably(from: &Path, to: &Path) -> Result<(), IoFailure> {
     fs::rename(from, to).map_err(IoFailure::of("rename", from))?;
     match to.parent() {
+        // A bare name lies in the working folder.
+        Some(parent) if parent.as_os_str().is_empty() => sync_folder(Path::new(".")),
         Some(parent) => sync_folder(parent),
         None => Ok(()),
     }
