@@ -29,6 +29,7 @@ pub struct MacroState<const D: usize> {
     /// Load values.
     pub loads: Vec<f64>,
     /// The fields of second gradient, where the problem has one.
+    // Last, as it is left out of a plain state, which is stored as an array.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub second_gradient: Option<SecondGradientState>,
 }
