@@ -3,7 +3,7 @@
  *
  *   FAULT_UNDER  the folder, an absolute path
  *   FAULT_CALLS  "changes": opening for writing, write, pwrite, fsync, fdatasync, sync_file_range, ftruncate, rename,
- *                mkdir, unlink; or "reads": opening for reading, read, pread
+ *                link, mkdir, unlink; or "reads": opening for reading, read, pread
  *   FAULT_AT     which of these calls fails, counted from 1 over all threads; 0: none, they are only counted
  *   FAULT_ERRNO  with which error number
  *   FAULT_LASTS  "once", or "on": all later ones fail too
@@ -148,6 +148,10 @@ int ftruncate64(int file, off64_t length) {
 }
 
 int rename(const char *from, const char *to) { return fails("rename", from, 0) ? failed() : REAL(rename)(from, to); }
+
+int linkat(int from_folder, const char *from, int to_folder, const char *to, int flags) {
+    return fails("link", to, 0) ? failed() : REAL(linkat)(from_folder, from, to_folder, to, flags);
+}
 
 int mkdir(const char *path, mode_t mode) { return fails("mkdir", path, 0) ? failed() : REAL(mkdir)(path, mode); }
 

@@ -23,15 +23,19 @@ const BRANCH: &str = "branch";
 /// A run that was killed in the midst of a wave.
 const HALF: &str = "half";
 
+/// A run that waits in the queue; whoever resumes another computes it too.
+const QUEUED: &str = "queued";
+
 /// The longest that a verb may take on a damaged store.
 const LIMIT: Duration = Duration::from_secs(100);
 
 /// What the store is asked after each damage, in this order: looking comes before what may repair.
-const ASKED: [&str; 9] = [
+const ASKED: [&str; 10] = [
     "runs",
     "show whole",
     "show branch",
     "status",
+    "queue",
     "store check --deep",
     "resume half --threads 1",
     "verify whole",
@@ -67,6 +71,8 @@ pub enum Kind {
     Events,
     /// `FORMAT`.
     Format,
+    /// Work that waits.
+    Queue,
     /// `LOCK`.
     Lock,
     /// Any other.
@@ -133,6 +139,8 @@ impl Original {
             .success();
         place.run(words("prune whole --keep-last 1")).success();
         kill_half_way(&place);
+        place.write("queued.yaml", &inputs::least(QUEUED, 1));
+        place.run(words("submit queued.yaml --queue")).success();
         let store = place.store();
         let files = folder::files_below(&store).into_iter();
         let files = files.map(|file| {
@@ -232,6 +240,7 @@ impl Kind {
         match file.extension().and_then(|e| e.to_str()) {
             _ if name.starts_with("meta/") => Self::Database,
             _ if name.starts_with("cache/") => Self::Cache,
+            _ if name.starts_with("queue/") => Self::Queue,
             _ if name == "FORMAT" => Self::Format,
             _ if name == "LOCK" => Self::Lock,
             Some("pack") => Self::Pack,

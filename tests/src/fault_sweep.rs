@@ -64,6 +64,8 @@ pub fn writing() -> Vec<Scene> {
     let archive = archive.to_str().expect("a plain name");
     long.run(["export", "other", "--archive", archive])
         .success();
+    let queued = with_input(Workplace::new(), 2);
+    queued.run(words("submit input.yaml --queue")).success();
     vec![
         Scene::new(SUBMIT, &empty, &["resume small", SUBMIT]),
         Scene::new(
@@ -90,6 +92,7 @@ pub fn writing() -> Vec<Scene> {
             &archived,
             &["show other", "import other.archive"],
         ),
+        Scene::new("queue run --threads 1", &queued, &["queue run --threads 1"]),
         Scene::new("note small remember", &whole, &["note small remember"]),
     ]
 }

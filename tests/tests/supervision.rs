@@ -167,3 +167,34 @@ fn a_supervisor_that_is_killed_leaves_nobody_computing_unwatched() {
         history::told(&place.store(), RUN).unwrap().state == store::RunState::Interrupted
     });
 }
+
+#[test]
+fn where_somebody_is_faster_than_the_restart_the_run_waits_its_turn() {
+    let place = Workplace::new();
+    let path = input(&place, 12);
+    let mut session = place.start(["submit", &path, "--max-restarts", "3", "--threads", "1"]);
+    let pid = computing(&place, &mut session, 1);
+    let other = place.write("other.yaml", &inputs::biaxial("other", 60, 400));
+    kill_process(pid, Signal::KILL).unwrap();
+    // It takes the store in the second before the restart; the lock of a killed process is free as soon as it is gone.
+    let mut other_session = None;
+    until("the other one has the store", || {
+        let mut session = place.start(["submit", other.to_str().unwrap(), "--alone"]);
+        std::thread::sleep(std::time::Duration::from_millis(100));
+        let has_it = session.is_alive();
+        if has_it {
+            other_session = Some(session);
+        }
+        has_it
+    });
+    let outcome = session.wait().success();
+    assert!(outcome.out.contains("`small` is queued"), "{outcome:#?}");
+    until("the other one can be cancelled", || {
+        place.run(["cancel", "other", "--timeout", "120"]).code == Some(0)
+    });
+    other_session.unwrap().wait().ended_with(143);
+    place.run(["queue", "run"]).success();
+    // One run, gone on with, not a second one of the same.
+    assert!(!place.store().join("packs/small-2").exists());
+    assert_eq!(history::of(&place.store(), RUN).unwrap(), calm(12));
+}

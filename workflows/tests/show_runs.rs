@@ -28,7 +28,7 @@ fn looking_needs_no_lock() {
     bench
         .run(&["export", "block", "--into", &bench.arg("out")])
         .good();
-    let refused = bench.run(&["resume", "block"]);
+    let refused = bench.run(&["resume", "block", "--alone"]);
     assert_eq!(refused.code, 3);
     assert!(
         refused.err.contains(&std::process::id().to_string()),

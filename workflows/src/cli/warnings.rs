@@ -110,18 +110,15 @@ mod tests {
         kept.0.lock().unwrap().clone()
     }
 
+    /// In one test: what one subscriber is not interested in is remembered for all of them while they come and go.
     #[test]
-    fn warnings_read_as_sentences_with_their_cause() {
+    fn warnings_read_as_sentences_with_their_cause_and_more_or_less_can_be_asked_for() {
         let expected = [
             "Warning: a packing could not be cached: no space left",
             "Warning: a journal had nothing usable (path \"a.part\")",
         ];
         assert_eq!(shown(None), expected);
         assert_eq!(shown(Some("%%% nonsense %%%")), expected);
-    }
-
-    #[test]
-    fn more_or_less_can_be_asked_for() {
         assert_eq!(shown(Some("debug")).len(), 3);
         assert_eq!(shown(Some("error")).len(), 0);
         assert_eq!(shown(Some("store=debug")).len(), 0);

@@ -70,11 +70,18 @@ pub fn derive(
     let queueing = |holder: Option<&Holder>| {
         let origin = origin(&view.store, &view.names()?, &wish.at)?;
         let planned = planned(&origin, wish, scope, context.threads())?;
-        let works = planned.into_iter().map(|Planned { name, manifest }| {
-            let kind = manifest
-                .descent
-                .as_ref()
-                .map_or("branch", |d| d.kind.word());
+        let made = |number: usize| {
+            let ticket = format!("{}/{number}", terms.ticket.as_ref()?);
+            queue::find_ticket(view.ids().ok()?, &view.store, &ticket)
+        };
+        let works = planned.into_iter().enumerate();
+        let works = works.map(|(number, Planned { name, manifest })| {
+            // An earlier life of this command has made it.
+            if let Some(record) = made(number) {
+                return (record.name, Work::Resume);
+            }
+            let descent = manifest.descent.as_ref();
+            let kind = descent.map_or("branch", |descent| descent.kind.word());
             (name, work_of(kind, Some(&origin.parent), &manifest))
         });
         match holder {

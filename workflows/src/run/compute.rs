@@ -1,5 +1,6 @@
 //! The verbs that compute: `submit`, `resume`, `queue run`.
 
+use serde_json::json;
 use store::{ReadOnlyStore, RunState, Store};
 
 use super::{
@@ -60,6 +61,14 @@ pub fn resume(context: &Context<'_>, run: &RunName, terms: &Terms) -> Result<Rep
     let id = find(&view.names()?, run)?;
     let shift = Shift::begin(context, terms)?;
     let queueing = |holder: Option<&Holder>| {
+        let record = view
+            .store
+            .run(&id)
+            .map_err(|error| explain("find the run", error.into()))?;
+        if record.state == RunState::Completed {
+            let data = json!({ "name": run.as_str(), "state": "completed" });
+            return Ok(Report::new(format!("Run `{run}` is complete."), &data));
+        }
         refuse_to_queue(&view, run, &id)?;
         let works = vec![(id.clone(), Work::Resume)];
         match holder {
@@ -113,9 +122,10 @@ pub fn again(context: &Context<'_>, terms: &Terms) -> Option<Result<Report, Fail
         let shift = Shift::begin(context, terms)?;
         let place = match shift.claim()? {
             Claim::Ours(place) => place,
+            // Somebody was faster while this command was dead.
             Claim::Held(holder) => {
-                let what = format!("failed to go on: {holder} has taken the store meanwhile");
-                return Err(Failure::new(FailureKind::Store, what));
+                let works = vec![(found.name.clone(), Work::Resume)];
+                return queued(&shift, &holder, works);
             }
         };
         let problem = session::manifest(&found.manifest)
@@ -150,7 +160,7 @@ pub fn queued(
     Ok(report)
 }
 
-/// A resume that would find nothing to do, or one that is being done.
+/// A resume that is being done, or that waits already.
 fn refuse_to_queue(view: &View, run: &RunName, id: &store::RunName) -> Result<(), Failure> {
     let refuse = |kind, what: String, hint: String| Err(Failure::new(kind, what).hint(hint));
     let standing = view
@@ -164,17 +174,6 @@ fn refuse_to_queue(view: &View, run: &RunName, id: &store::RunName) -> Result<()
             FailureKind::Store,
             format!("failed to resume `{run}`: it is being computed{by}"),
             format!("`femdem-flow watch {run}` follows it"),
-        );
-    }
-    let record = view
-        .store
-        .run(id)
-        .map_err(|error| explain("find the run", error.into()))?;
-    if record.state == RunState::Completed {
-        return refuse(
-            FailureKind::Usage,
-            format!("failed to queue `{run}`: it is complete"),
-            format!("`femdem-flow show {run}` shows it"),
         );
     }
     if queue::is_waiting(view.store.dir(), id.as_str()) {

@@ -101,6 +101,9 @@ fn heading(run: &RunView, step: &StepView) -> String {
         let _ = write!(out, ", stage `{}`", summary.stage);
     }
     out.push('\n');
+    if let Some(what) = super::show::damage(step) {
+        let _ = writeln!(out, "  damaged: {what}");
+    }
     for (name, value) in run.manifest.problem.loads.iter().zip(&summary.loads) {
         let _ = writeln!(out, "  load       {name} = {value}");
     }
