@@ -110,9 +110,22 @@ mod tests {
         kept.0.lock().unwrap().clone()
     }
 
-    /// In one test: what one subscriber is not interested in is remembered for all of them while they come and go.
+    /// In a process of its own: what one subscriber is not interested in is remembered for all of them, and other tests
+    /// make subscribers meanwhile.
     #[test]
     fn warnings_read_as_sentences_with_their_cause_and_more_or_less_can_be_asked_for() {
+        const ALONE: &str = "FEMDEM_FLOW_TEST_ALONE";
+        if std::env::var_os(ALONE).is_none() {
+            let this = std::thread::current().name().unwrap().to_owned();
+            let alone = std::process::Command::new(std::env::current_exe().unwrap())
+                .args(["--exact", &this])
+                .env(ALONE, "1")
+                .output()
+                .unwrap();
+            let out = String::from_utf8_lossy(&alone.stdout);
+            assert!(alone.status.success() && out.contains("1 passed"), "{out}");
+            return;
+        }
         let expected = [
             "Warning: a packing could not be cached: no space left",
             "Warning: a journal had nothing usable (path \"a.part\")",
