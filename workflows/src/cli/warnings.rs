@@ -6,6 +6,7 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 use tracing::field::{Field, Visit};
+use tracing::level_filters::LevelFilter;
 use tracing::{Event, Level, Subscriber};
 use tracing_subscriber::Layer;
 use tracing_subscriber::filter::Targets;
@@ -23,12 +24,12 @@ pub fn show(progress: Arc<dyn Progress>) {
     let _ = tracing::subscriber::set_global_default(subscriber);
 }
 
-/// Which events are shown: warnings, or what `RUST_LOG` says where it can be understood.
+/// Which events are shown: what `RUST_LOG` says, and warnings where it names no level for all.
 fn targets(wished: Option<&str>) -> Targets {
-    wished
-        .filter(|text| !text.is_empty())
-        .and_then(|text| Targets::from_str(text).ok())
-        .unwrap_or_else(|| Targets::new().with_default(Level::WARN))
+    let wished = wished.and_then(|text| Targets::from_str(text).ok());
+    let wished = wished.unwrap_or_default();
+    let level = wished.default_level();
+    wished.with_default(level.unwrap_or(LevelFilter::WARN))
 }
 
 struct Notes {
@@ -134,6 +135,6 @@ mod tests {
         assert_eq!(shown(Some("%%% nonsense %%%")), expected);
         assert_eq!(shown(Some("debug")).len(), 3);
         assert_eq!(shown(Some("error")).len(), 0);
-        assert_eq!(shown(Some("store=debug")).len(), 0);
+        assert_eq!(shown(Some("store=debug")), expected);
     }
 }
