@@ -156,7 +156,14 @@ impl Campaign {
         let (place, mut known) = (self.place(), BTreeMap::new());
         self.killed(&place, IMPORT, Phase::Importing, most, random, &mut known)?;
         if history::everything(&place.store())?.is_empty() {
-            self.timed(&place, IMPORT);
+            // Killed late enough, it is finished by the next opening, and its runs are no longer to be imported.
+            let outcome = place.run(IMPORT.split(' '));
+            let finished = outcome
+                .err
+                .contains("finished an import that was cut short");
+            if outcome.code != Some(0) && !(finished && outcome.code == Some(2)) {
+                return Err(format!("it cannot be imported any more: {outcome:#?}"));
+            }
         }
         self.holds(&place, 1)?;
         sound(&place)
