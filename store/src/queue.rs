@@ -88,10 +88,10 @@ impl Queue {
         Ok(id)
     }
 
-    /// All entries in their order.
+    /// All entries in their order, damaged ones included.
     ///
     /// # Errors
-    /// The folder cannot be read.
+    /// The system does not give the folder or an entry.
     pub fn entries(&self) -> Result<Vec<QueueEntry>, IoFailure> {
         let mut entries = Vec::new();
         for (id, kind) in self.files()? {
@@ -109,6 +109,8 @@ impl Queue {
                 Ok(payload) => Ok(payload),
                 // It was taken or removed meanwhile.
                 Err(_) if !path.exists() => continue,
+                // A disk that does not give it now may give it later: it is not judged by that.
+                Err(ReadError::Io(error)) => return Err(error),
                 Err(damage) => Err(damage.to_string()),
             };
             entries.push(QueueEntry { id, state, payload });

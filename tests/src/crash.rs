@@ -165,8 +165,9 @@ impl Campaign {
                 return Err(format!("it cannot be imported any more: {outcome:#?}"));
             }
         }
-        self.holds(&place, 1)?;
-        sound(&place)
+        // Where some of the runs are there, the next opening for writing brings the others.
+        sound(&place)?;
+        self.holds(&place, 1)
     }
 
     fn place(&self) -> Workplace {
