@@ -148,8 +148,10 @@ fn branches_and_resumes_wait_as_well() {
     let place = Workplace::new();
     let input = write(&place, "parent", 40, 2);
     place.run(["submit", &input]).success();
-    let stopped = write(&place, "stopped", 40, 2);
-    place.run(["submit", &stopped, "--until", "100ms", "--threads", "1"]);
+    let stopped = write(&place, "stopped", 60, 40);
+    place
+        .run(["submit", &stopped, "--until", "300ms", "--threads", "1"])
+        .ended_with(75);
     let branch = ["branch", "parent@1", "--hold", "--steps", "2", "--name"];
     place.run(branch.into_iter().chain(["calm"])).success();
     let session = busy(&place);
@@ -158,14 +160,16 @@ fn branches_and_resumes_wait_as_well() {
     place
         .run(["rerun", "parent@1", "--name", "once-more"])
         .success();
-    if runs(&place).contains(&"stopped".to_owned()) {
-        place.run(["resume", "stopped"]).success();
-        place.run(["resume", "stopped"]).ended_with(2);
-    }
+    place.run(["resume", "stopped"]).success();
+    let again = place.run(["resume", "stopped"]).ended_with(2);
+    assert!(again.err.contains("is queued already"), "{}", again.err);
     give_way(&place, session).ended_with(143);
     let of = |run: &str| history::of(&place.store(), run).unwrap();
     assert_eq!(of("waited"), of("calm"));
     assert_eq!(of("once-more"), of("parent"));
+    assert_eq!(of("stopped"), alone("stopped", 60, 40));
+    // What is complete has nothing to wait for.
+    place.run(["resume", "stopped"]).success();
     assert_eq!(queue(&place), [Value::Null; 0]);
 }
 

@@ -11,7 +11,7 @@ use serde_json::json;
 use store::{RunName, Store};
 use tokio::{
     sync::watch,
-    time::{MissedTickBehavior, interval},
+    time::{MissedTickBehavior, interval, sleep},
 };
 
 use super::{
@@ -107,6 +107,7 @@ impl<'a> Attendant<'a> {
         loop {
             tokio::select! {
                 _ = looks.tick() => {}
+                () = sleep(self.until_deadline()) => {}
                 // Where nobody listens to signals any more, looking goes on.
                 Ok(()) = self.received.changed() => {}
             }
@@ -115,6 +116,13 @@ impl<'a> Attendant<'a> {
             self.heed_requests(cancel, pause);
             self.tell_of_pause(pause);
         }
+    }
+
+    /// How long to wait for the deadline, at most until the next look: a clock that is set is noticed then.
+    fn until_deadline(&self) -> Duration {
+        let ahead = self.deadline.filter(|_| self.stop.is_none());
+        let left = ahead.and_then(|at| at.duration_since(SystemTime::now()).ok());
+        left.map_or(LOOK, |left| left.min(LOOK))
     }
 
     async fn heed_signals(&mut self, cancel: &CancelToken) {
