@@ -203,7 +203,7 @@ impl Original {
             || (kind == Kind::Database && said.contains("/meta: "))
             // A run's records are restored as a whole.
             || file.parent().is_some_and(|run| said.contains(&format!("{}: the run's record", run.display())))
-            || (kind == Kind::Format && said.contains("FORMAT"));
+            || (kind == Kind::Format && (said.contains("FORMAT") || said.contains("its format is")));
         match history::everything(&place.store()) {
             Ok(end) if end == self.end && !refused => match (named, other.pop()) {
                 (true, _) => Ok(Fate::Repaired),

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use super::contents::{RunContents, StepContents};
@@ -97,10 +96,7 @@ impl Arrival {
     /// A file as the archive has it.
     fn file(&self, path: &Path, archive: &mut ArchiveReader) -> Result<(), ImportError> {
         let mut file = File::create(path).map_err(IoFailure::of("create", path))?;
-        archive.copy_content(&mut Target {
-            file: &mut file,
-            path,
-        })?;
+        archive.copy_content(&mut file, path)?;
         file.sync_data().map_err(IoFailure::of("write", path))?;
         Ok(())
     }
@@ -246,25 +242,6 @@ fn seal_again(path: &Path, reader: &StepReader, header: &StepHeader) -> Result<(
     // The digest is of the content, which is the same to the byte.
     pack.seal()?;
     Ok(())
-}
-
-/// A file whose failures name it.
-struct Target<'a> {
-    file: &'a mut File,
-    path: &'a Path,
-}
-
-impl Write for Target<'_> {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        self.file.write(bytes).map_err(|error| {
-            let what = format!("{}: {error}", self.path.display());
-            std::io::Error::new(error.kind(), what)
-        })
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        self.file.flush()
-    }
 }
 
 /// Removes what an import left aside that did not come to its end.

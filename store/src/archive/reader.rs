@@ -59,7 +59,7 @@ impl ArchiveReader {
 
     /// The next entry; `None` at the end, which is checked. Whatever of the entry before was not read is passed over.
     pub(super) fn next(&mut self) -> Result<Option<Head>, ImportError> {
-        self.copy_content(&mut std::io::sink())?;
+        self.copy_content(&mut std::io::sink(), Path::new("nowhere"))?;
         if self.left < END_LEN {
             return Err(self.damaged("it is cut off"));
         }
@@ -100,12 +100,16 @@ impl ArchiveReader {
             return Err(self.damaged("an entry is longer than it can be"));
         }
         let mut bytes = Vec::new();
-        self.copy_content(&mut bytes)?;
+        self.copy_content(&mut bytes, Path::new("memory"))?;
         Ok(bytes)
     }
 
-    /// Hands what is left of the present entry's content to `to`.
-    pub(super) fn copy_content(&mut self, to: &mut impl Write) -> Result<(), ImportError> {
+    /// Hands what is left of the present entry's content to `to`, which lies at `path`.
+    pub(super) fn copy_content(
+        &mut self,
+        to: &mut impl Write,
+        path: &Path,
+    ) -> Result<(), ImportError> {
         let mut buffer = vec![0; 1 << 18];
         while self.content > 0 {
             let take = buffer
@@ -114,7 +118,7 @@ impl ArchiveReader {
             self.read(&mut buffer[..take])?;
             self.content -= take as u64;
             to.write_all(&buffer[..take])
-                .map_err(IoFailure::of("write what is in", &self.path))?;
+                .map_err(IoFailure::of("write", path))?;
         }
         Ok(())
     }
