@@ -57,7 +57,8 @@ fn elements_of(mesh: &Mesh<2>, shape: Shape) -> Vec<usize> {
     let lies_in = |&element: &usize| {
         let [x, y] = mesh.element_centre(element);
         match shape {
-            Shape::Angle => x < 0.5 || y < 1.0,
+            // A mesh of one element in a direction has its centres on the line, and keeps them.
+            Shape::Angle => x < 0.51 || y < 1.01,
             Shape::Hole if wide => (x - 0.5).abs() > 0.26 || (y - 1.0).abs() > 0.5,
             Shape::Whole | Shape::Hole => true,
         }
