@@ -27,3 +27,22 @@ fn a_warning_reaches_the_user_also_where_no_progress_is_shown() {
         }
     }
 }
+
+/// Who has forgotten the trigger learns it before the hours are spent.
+#[test]
+fn what_makes_a_run_inhomogeneous_is_told_before_it_begins() {
+    let place = Workplace::new();
+    let text = inputs::least("small", 1);
+    let input = place.write("with.yaml", &text);
+    let outcome = place.run(["submit", input.to_str().unwrap()]).success();
+    let trigger = "trigger of localisation: 2 packings dealt out (`sand`)\nrun small: ";
+    assert!(outcome.err.contains(trigger), "{}", outcome.err);
+    let without = text.replace("{ gallery: 2 }", "shared");
+    let input = place.write("without.yaml", &without);
+    let outcome = place.run(["submit", input.to_str().unwrap()]).success();
+    assert!(
+        outcome.err.contains("trigger of localisation: none: "),
+        "{}",
+        outcome.err
+    );
+}

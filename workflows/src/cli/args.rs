@@ -100,8 +100,8 @@ pub enum Verb {
     Branch(branch::Args),
     /// Compute a run again from one of its load steps on, as a new run, with the same or changed settings.
     ///
-    /// Takes `solver`, `output` and the laws of materials: `materials.NAME.rev.friction`, `cohesion_ratio`, `stiffness`,
-    /// `tangential_stiffness`, `materials.NAME.elastic.young`, `poisson`. With another law the run is a new start from
+    /// Takes `solver`, `output` and the laws of materials: `materials.NAME.rev.friction`, `friction_scatter`,
+    /// `cohesion_ratio`, `stiffness`, `tangential_stiffness`, `materials.NAME.elastic.young`, `poisson`. With another law the run is a new start from
     /// the states of that step, and says so. The history of the first run is left as it is.
     Rerun(branch::RerunArgs),
     /// Say what a verb would do before it does it: load steps reused and computed, and why; time; disk. Writes nothing.

@@ -205,8 +205,12 @@ pub struct Rev {
     pub cohesion_ratio: f64,
     /// Which assemblies the Gauss points get.
     pub packings: Packings,
-    /// Seed of preparation and of the dealing out.
+    /// Seed of preparation, of the dealing out, and of the scatter.
     pub seed: u64,
+    /// Largest relative deviation of the friction of an element from `friction`, ≥ 0 and < 1. Runs of before there was a
+    /// scatter have none.
+    #[serde(default)]
+    pub friction_scatter: f64,
 }
 
 /// How the assemblies of a material are made.

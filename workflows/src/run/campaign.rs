@@ -1,6 +1,6 @@
 //! A session of a run: one task graph that prepares packings and then takes load step after load step.
 
-use std::sync::Arc;
+use std::{collections::BTreeSet, sync::Arc};
 
 use engine::{Director, GraphHandle, NodeId, TaskOutcome};
 use store::{Seal, StepIndex};
@@ -16,6 +16,7 @@ use super::{
     packings::Plan,
     point::PointState,
     preparing::{Prepared, Preparing},
+    relaw::relaw,
     schedule::{Place, Schedule},
     summary::StepSummary,
     work::{Job, Packing},
@@ -101,6 +102,8 @@ impl<'a> Campaign<'a> {
         let states = deal
             .states(&packings)
             .ok_or_else(|| RunError::Engine("a point was dealt no packing".into()))?;
+        // Nothing is committed yet whose laws another input could replace.
+        let states = relaw(states, self.problem, &BTreeSet::new())?;
         let schedule = self.schedule();
         let mut extra: Vec<_> = packings
             .iter()

@@ -12,6 +12,7 @@ use super::{
     queue::{self, Work},
     session,
     shift::{Claim, Own, Sharing, Shift, Terms},
+    triggers::{in_lines, triggers},
     view::View,
 };
 use crate::{
@@ -31,6 +32,12 @@ pub fn submit(
     let name = store_name(name.as_ref().unwrap_or(&problem.name))?;
     for note in notes::notes(&problem).map_err(|error| explain("set up the problem", error))? {
         context.progress.note(&note);
+    }
+    let triggers = triggers(&problem).map_err(|error| explain("set up the problem", error))?;
+    for line in in_lines(triggers.as_deref()) {
+        context
+            .progress
+            .note(&format!("trigger of localisation: {line}"));
     }
     // What a run begins with is tried before there is one: a run that cannot begin could never be resumed.
     packings::Plan::of_problem(&problem).map_err(|error| explain("set up the problem", error))?;

@@ -11,8 +11,9 @@
 //! | 7 `COST` | 0 | diagnostic | CPU seconds of each Gauss point's element in the step |
 //! | 8 `ASKED` | wave | diagnostic | what the last wave, and those it builds on, asked of every Gauss point |
 //!
-//! All are MessagePack, structs as arrays. Grains and contact law never change, so a point's state
-//! leaves them out and takes them from the packing dealt to it at step 0.
+//! All are MessagePack, structs as arrays. Grains and contact law never change, so a point's state leaves them out and takes
+//! them from the packing dealt to it at step 0; where the input scatters the friction or a new start replaces a law, the
+//! law follows from the run's record (`relaw.rs`).
 
 use std::sync::Arc;
 

@@ -65,7 +65,7 @@ pub fn packings(store: &impl Steps, run: &RunName) -> Result<(Vec<Packing>, Deal
 }
 
 /// The states dealt to all Gauss points at step 0, under the laws that hold in `run`: where those of a material were
-/// replaced since, its states are taken under the new ones.
+/// replaced since, its states are taken under the new ones, and a scattered friction is that of the element.
 ///
 /// # Errors
 /// Step 0 or the run's record cannot be read, or step 0 lacks a packing that it deals out.
@@ -75,7 +75,7 @@ pub fn dealt(store: &impl Steps, run: &RunName) -> Result<Vec<Arc<PointState>>, 
         .states(&packings)
         .ok_or_else(|| RunError::State("step 0 lacks a packing that it deals out".into()))?;
     let manifest = super::session::manifest(&store.run(run)?.manifest)?;
-    super::relaw::relaw(states, &manifest)
+    super::relaw::relaw(states, &manifest.problem, &manifest.relawed)
 }
 
 /// The states of all Gauss points at the step open in `reader`, from those dealt at step 0.

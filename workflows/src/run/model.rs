@@ -72,10 +72,25 @@ impl Model {
     }
 }
 
-fn parts(body: &Body, loads: usize) -> Result<(Problem<2>, Vec<usize>), RunError> {
+/// A mesh and what its elements are made of.
+pub struct Divided {
+    /// The mesh with its regions.
+    pub mesh: Mesh<2>,
+    /// Index of the material of each element.
+    pub materials: Vec<usize>,
+    /// Index of the region that gave each element its material; `None` outside of all regions.
+    pub regions: Vec<Option<usize>>,
+}
+
+/// The mesh of a body and its regions; where those overlap, the later one holds.
+///
+/// # Errors
+/// What the mesh refuses.
+pub fn divided(body: &Body) -> Result<Divided, RunError> {
     let mut mesh = mesh(&body.mesh)?;
     let mut materials = vec![body.material; mesh.element_count()];
-    for region in &body.regions {
+    let mut regions = vec![None; mesh.element_count()];
+    for (index, region) in body.regions.iter().enumerate() {
         let elements = match &region.selection {
             Selection::Elements(elements) => elements.iter().map(|&e| e as usize).collect(),
             Selection::Box(within) => mesh.elements_in_box(within.from, within.to),
@@ -84,8 +99,20 @@ fn parts(body: &Body, loads: usize) -> Result<(Problem<2>, Vec<usize>), RunError
             .map_err(|error| RunError::Model(error.to_string()))?;
         for element in elements {
             materials[element] = region.material;
+            regions[element] = Some(index);
         }
     }
+    Ok(Divided {
+        mesh,
+        materials,
+        regions,
+    })
+}
+
+fn parts(body: &Body, loads: usize) -> Result<(Problem<2>, Vec<usize>), RunError> {
+    let Divided {
+        mesh, materials, ..
+    } = divided(body)?;
     let conditions = conditions(body, &mesh);
     let element = body.mesh.element().plane().element();
     let second_gradient = second_gradient(body, &mesh);

@@ -7,6 +7,7 @@ use solver_fem::elastic::Elastic;
 use store::Digest;
 
 use super::{
+    draw::draw,
     error::RunError,
     frames::{Deal, Dealt, encode},
     model::Model,
@@ -239,14 +240,4 @@ pub fn elastic_point(elastic: &crate::input::problem::Elastic) -> Result<PointSt
         law,
         stress: [[p, 0.0], [0.0, p]],
     })
-}
-
-/// A number that depends on the seed and the place alone (SplitMix64, Steele, Lea, Flood 2014).
-fn draw(seed: u64, place: u64) -> u64 {
-    let mut z = seed
-        .wrapping_mul(0xd1b5_4a32_d192_ed03)
-        .wrapping_add(place.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
 }

@@ -55,9 +55,9 @@ pub fn find(context: &Context<'_>, address: &RevAddress) -> Result<RevOfStep, Fa
 fn confining_stress(problem: &Problem, element: usize) -> f64 {
     let material = match &problem.model {
         Model::ElementTest(test) => Some(test.material),
-        Model::Body(body) => super::model::Model::new(body, problem.loads.len())
+        Model::Body(body) => super::model::divided(body)
             .ok()
-            .and_then(|model| model.materials.get(element).copied()),
+            .and_then(|divided| divided.materials.get(element).copied()),
     };
     match material
         .and_then(|k| problem.materials.get(k))

@@ -13,6 +13,7 @@ use super::{
     show_step,
     summary::RevFigures,
     text::{self, Align, Table},
+    triggers::{self, Trigger},
     view::{RunView, Standing, StepView, View},
     work::Packing,
 };
@@ -103,11 +104,13 @@ pub fn damage(step: &StepView) -> Option<String> {
 
 fn whole(context: &Context<'_>, view: &View, run: &RunView) -> Report {
     let packings = load::packings(&view.store, run.id()).map(|(packings, _)| packings);
+    let triggers = triggers::triggers(&run.manifest.problem);
     let mut data = data(view, run, packings.as_ref().ok());
+    data["triggers"] = json!(triggers.as_ref().ok());
     (data["descent"], data["children"]) = lineage::data(view, run);
     let mut out = heading(context, run);
     out.push_str(&lineage::in_words(view, run));
-    out.push_str(&facts(run, &packings));
+    out.push_str(&facts(run, &packings, &triggers));
     out.push('\n');
     out.push_str(&steps(run));
     out.push_str(&costs(run));
@@ -205,7 +208,11 @@ fn heading(context: &Context<'_>, run: &RunView) -> String {
 }
 
 /// What the input says, and what it became.
-fn facts(run: &RunView, packings: &Result<Vec<Packing>, RunError>) -> String {
+fn facts(
+    run: &RunView,
+    packings: &Result<Vec<Packing>, RunError>,
+    triggers: &Result<Option<Vec<Trigger>>, RunError>,
+) -> String {
     let (manifest, problem) = (&run.manifest, &run.manifest.problem);
     let mut text = format!(
         "  created    {} UTC, version {}, {}, {}\n",
@@ -236,6 +243,13 @@ fn facts(run: &RunView, packings: &Result<Vec<Packing>, RunError>) -> String {
     }
     for material in &problem.materials {
         text.push_str(&format!("  material   {}\n", describe_material(material)));
+    }
+    let lines = match triggers {
+        Ok(triggers) => triggers::in_lines(triggers.as_deref()),
+        Err(error) => vec![format!("cannot be told: failed to {error}")],
+    };
+    for line in lines {
+        text.push_str(&format!("  trigger    {line}\n"));
     }
     match packings {
         Ok(packings) => {
@@ -373,8 +387,12 @@ fn describe_rev(rev: &Rev) -> String {
         }
         Origin::Imported(path) => format!("packing {path}"),
     };
+    let scatter = match rev.friction_scatter {
+        0.0 => String::new(),
+        scatter => format!(" ± {}", triggers::percent(scatter)),
+    };
     format!(
-        "{origin}, σ0 = {}, kn/σ0 = {}, kt/kn = {}, μ = {}, f_c/(a σ0) = {}",
+        "{origin}, σ0 = {}, kn/σ0 = {}, kt/kn = {}, μ = {}{scatter}, f_c/(a σ0) = {}",
         rev.confining_stress,
         rev.stiffness,
         rev.tangential_stiffness,

@@ -10,10 +10,11 @@ use crate::input::resolve::Reader;
 use crate::input::tree::{self, Node};
 
 /// The keys of a grain material that make sense with states that are there already.
-const REV_KEYS: [&str; 4] = [
+const REV_KEYS: [&str; 5] = [
     "stiffness",
     "tangential_stiffness",
     "friction",
+    "friction_scatter",
     "cohesion_ratio",
 ];
 /// The same for an elastic one.
@@ -71,6 +72,12 @@ pub fn apply(reader: &mut Reader<'_, '_>, problem: &mut Problem) {
                     }
                 }
             }
+            // Not at each key: one may make up for the other.
+            if nothing_to_scatter(&problem.materials[index]) {
+                let message = format!("`{name}` is left without a friction to scatter");
+                let help = "set `friction_scatter` to 0, or `friction` to more".to_owned();
+                reader.report.at_key(&path, message, help);
+            }
         }
     }
 }
@@ -111,6 +118,11 @@ fn followers(
         .collect()
 }
 
+/// Whether a scatter is asked for that has no effect.
+fn nothing_to_scatter(material: &Material) -> bool {
+    matches!(&material.law, Law::Rev(rev) if rev.friction_scatter > 0.0 && rev.friction == 0.0)
+}
+
 fn get(material: &Material, key: &str) -> Option<f64> {
     field(&mut material.clone(), key).copied()
 }
@@ -126,6 +138,7 @@ fn field<'m>(material: &'m mut Material, key: &str) -> Option<&'m mut f64> {
         (Law::Rev(rev), "stiffness") => Some(&mut rev.stiffness),
         (Law::Rev(rev), "tangential_stiffness") => Some(&mut rev.tangential_stiffness),
         (Law::Rev(rev), "friction") => Some(&mut rev.friction),
+        (Law::Rev(rev), "friction_scatter") => Some(&mut rev.friction_scatter),
         (Law::Rev(rev), "cohesion_ratio") => Some(&mut rev.cohesion_ratio),
         (Law::Elastic(elastic), "young") => Some(&mut elastic.young),
         (Law::Elastic(elastic), "poisson") => Some(&mut elastic.poisson),

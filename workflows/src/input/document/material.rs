@@ -42,6 +42,11 @@ pub struct Rev {
     /// Coefficient of friction between grains.
     #[schemars(range(min = 0.0))]
     pub friction: f64,
+    /// Scatter of the friction from element to element, a trigger of localisation: with 0.05 the grains of every element
+    /// have their own coefficient, within ±5 % of `friction`, drawn evenly from `seed` and the number of the element. The
+    /// packings do not depend on it, and an element test has `friction` itself.
+    #[schemars(range(min = 0.0), extend("exclusiveMaximum" = 1.0))]
+    pub friction_scatter: f64,
     /// Friction during the preparation: 0 gives a dense assembly, the value of `friction` a loose one.
     #[schemars(range(min = 0.0))]
     pub preparation_friction: f64,
@@ -61,7 +66,7 @@ pub struct Rev {
     pub cohesion_ratio: f64,
     /// Which assemblies the Gauss points get.
     pub packings: Packings,
-    /// Seed of the random preparation, and of the draw that deals a gallery out.
+    /// Seed of the random preparation, and of the draws that deal a gallery out and scatter the friction.
     pub seed: u64,
     /// A file with a prepared packing to start from, relative to this input. It replaces the preparation.
     pub import: Option<String>,
@@ -77,6 +82,7 @@ impl Default for Rev {
             stiffness: 1000.0,
             tangential_stiffness: 1.0,
             friction: 0.5,
+            friction_scatter: 0.0,
             preparation_friction: 0.0,
             target: None,
             aspect_ratio: 1.0,

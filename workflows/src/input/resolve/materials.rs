@@ -192,7 +192,23 @@ fn resolve_rev(
     rev: document::Rev,
     base: &FilePath,
 ) -> Option<Rev> {
-    let origin = packing::origin(reader, path, &rev, base)?;
+    let origin = packing::origin(reader, path, &rev, base);
+    let idle = rev.friction_scatter > 0.0 && rev.friction == 0.0;
+    if idle {
+        let scatter = path.key("friction_scatter");
+        let message = "a friction of 0 has nothing to scatter".to_owned();
+        match reader.has(&scatter) {
+            true => {
+                let help = "remove `friction_scatter`, or give the grains a `friction`";
+                reader.report.at_key(&scatter, message, help.to_owned());
+            }
+            false => {
+                let help = "add `friction_scatter: 0`: it is taken over by `like`";
+                reader.report.at_key(path, message, help.to_owned());
+            }
+        }
+    }
+    let origin = origin.filter(|_| !idle)?;
     Some(Rev {
         origin,
         confining_stress: rev.confining_stress,
@@ -202,6 +218,7 @@ fn resolve_rev(
         cohesion_ratio: rev.cohesion_ratio,
         packings: rev.packings,
         seed: rev.seed,
+        friction_scatter: rev.friction_scatter,
     })
 }
 

@@ -17,6 +17,7 @@ use super::{
     open::{explain, store_name},
     origin::{self, Origin},
     packings, text,
+    triggers::{self, Trigger},
     view::{RunView, Standing, View},
 };
 use crate::{
@@ -48,6 +49,8 @@ struct Forecast {
     verb: String,
     /// What is there already.
     reused: Reused,
+    /// What makes it inhomogeneous; `None` where the question does not arise.
+    triggers: Option<Vec<Trigger>>,
     /// Increments to compute, by stage.
     compute: Vec<Stage>,
     /// Increments to compute, a part of one included.
@@ -137,6 +140,8 @@ impl Forecast {
             name,
             verb,
             reused: Reused::default(),
+            // A mesh that cannot be built is told where the packings are counted, or was told when the run began.
+            triggers: triggers::triggers(problem).ok().flatten(),
             compute,
             increments,
             changes: Vec::new(),
@@ -171,6 +176,11 @@ impl Forecast {
         }
         if let Some((needed, cached)) = reused.packings {
             let _ = writeln!(out, "  packings  {cached} of {needed} are in the cache");
+        }
+        let mut label = "  trigger ";
+        for line in triggers::in_lines(self.triggers.as_deref()) {
+            let _ = writeln!(out, "{label}  {line}");
+            label = "          ";
         }
         let stages: Vec<String> = self
             .compute
