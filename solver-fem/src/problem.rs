@@ -7,7 +7,9 @@ use std::sync::Arc;
 use thiserror::Error;
 
 use crate::assembly::Pattern;
-use crate::boundary::{BoundaryProblem, Condition, Constraints, Given, SurfaceLoads, Tie};
+use crate::boundary::{
+    BoundaryProblem, Cavity, CavityProblem, Condition, Constraints, Given, SurfaceLoads, Tie,
+};
 use crate::constitutive::GaussPointId;
 use crate::element::{Element, Q8};
 use crate::kinematics::{InvertedElement, ReferencePoint, point_geometry, position};
@@ -281,6 +283,19 @@ impl<const D: usize> Problem<D> {
     /// Tractions and pressures.
     pub fn surface_loads(&self) -> &SurfaceLoads {
         &self.loads
+    }
+
+    /// The cavity behind a boundary, of which the volume can be measured.
+    ///
+    /// # Errors
+    /// The boundary encloses no volume, or one that is not determined.
+    pub fn cavity(&self, boundary: &str) -> Result<Cavity<D>, CavityProblem> {
+        Cavity::new(
+            &self.mesh,
+            self.element.as_ref(),
+            &self.constraints,
+            boundary,
+        )
     }
 
     /// Number of load values a step must be given.

@@ -6,11 +6,11 @@
 //! The determinant is linear in every tangent, so that the exact derivative is
 //! ∂(n_i ds)/∂x_bj = Σ_k det[e_i, …, e_j at k, …] ∂N_b/∂s_k; it is not symmetric on open boundaries.
 
+use super::facets::{Facet, area_derivative, area_vector, facets_of, tangents};
 use super::{Condition, Value};
 use crate::element::{Element, FacetPoint};
-use crate::kinematics::position;
 use crate::mesh::Mesh;
-use crate::tensor::{self, Tensor2};
+use crate::tensor;
 
 #[derive(Clone, PartialEq, Debug)]
 enum Kind {
@@ -19,18 +19,10 @@ enum Kind {
 }
 
 #[derive(Clone, PartialEq, Debug)]
-struct LoadedFacet {
-    element: usize,
-    /// Local nodes within the element, and the same nodes in the mesh.
-    local: &'static [usize],
-    nodes: Vec<usize>,
-}
-
-#[derive(Clone, PartialEq, Debug)]
 struct SurfaceLoad {
     kind: Kind,
     value: Value,
-    facets: Vec<LoadedFacet>,
+    facets: Vec<Facet>,
 }
 
 /// The surface loads of a problem, ready for assembly.
@@ -38,40 +30,6 @@ struct SurfaceLoad {
 pub struct SurfaceLoads {
     loads: Vec<SurfaceLoad>,
     points: Vec<FacetPoint>,
-}
-
-/// det[e_i, t_1, …, t_{D−1}] for every i: the outward normal times the area of the facet.
-fn area_vector<const D: usize>(tangents: &[[f64; D]]) -> [f64; D] {
-    let mut result = [0.0; D];
-    for (i, component) in result.iter_mut().enumerate() {
-        let mut rows = tensor::zero::<D>();
-        rows[0][i] = 1.0;
-        rows[1..].copy_from_slice(tangents);
-        *component = tensor::determinant(&rows);
-    }
-    result
-}
-
-/// t_k = x_a ∂N_a/∂s_k.
-fn tangents<const D: usize>(
-    point: &FacetPoint,
-    nodes: &[usize],
-    coordinates: &[f64],
-) -> Vec<[f64; D]> {
-    point
-        .gradients
-        .iter()
-        .map(|gradient| {
-            let mut tangent = [0.0; D];
-            for (&node, derivative) in nodes.iter().zip(gradient) {
-                let x = position::<D>(coordinates, node);
-                for i in 0..D {
-                    tangent[i] += x[i] * derivative;
-                }
-            }
-            tangent
-        })
-        .collect()
 }
 
 impl SurfaceLoads {
@@ -99,19 +57,7 @@ impl SurfaceLoads {
                     ),
                     Condition::Pressure { boundary, value } => (boundary, Kind::Pressure, *value),
                 };
-                let facets = mesh.boundaries.get(boundary)?.iter();
-                let facets = facets
-                    .map(|facet| {
-                        let local = element.facet_nodes(facet.local);
-                        let nodes = mesh.element(facet.element);
-                        let nodes = local.iter().map(|&a| nodes[a]).collect();
-                        LoadedFacet {
-                            element: facet.element,
-                            local,
-                            nodes,
-                        }
-                    })
-                    .collect();
+                let facets = facets_of(mesh, element, boundary)?;
                 Some(SurfaceLoad {
                     kind,
                     value,
@@ -202,35 +148,5 @@ impl SurfaceLoads {
                 }
             }
         }
-    }
-}
-
-/// det[e_i, …, e_j at `direction`, …] for every i, j.
-fn area_derivative<const D: usize>(tangents: &[[f64; D]], direction: usize) -> Tensor2<D> {
-    let mut result = tensor::zero::<D>();
-    for j in 0..D {
-        let mut varied = tangents.to_vec();
-        varied[direction] = [0.0; D];
-        varied[direction][j] = 1.0;
-        let column = area_vector(&varied);
-        for i in 0..D {
-            result[i][j] = column[i];
-        }
-    }
-    result
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_normal_points_outward_in_two_and_three_dimensions() {
-        // Bottom edge of a counter-clockwise element runs along +x: outward is −y.
-        assert_eq!(area_vector(&[[2.0, 0.0]]), [0.0, -2.0]);
-        assert_eq!(
-            area_vector(&[[1.0, 0.0, 0.0], [0.0, 3.0, 0.0]]),
-            [0.0, 0.0, 3.0]
-        );
     }
 }

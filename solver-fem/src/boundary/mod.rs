@@ -4,12 +4,15 @@
 //! `load × factor + constant`. The load values themselves are numbers handed in at every step; the
 //! load programme that makes them lives elsewhere.
 
+mod cavity;
 mod constraints;
+mod facets;
 mod loads;
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+pub use cavity::{Cavity, CavityProblem};
 pub use constraints::{Constraints, Prescribed, Tie};
 pub(crate) use constraints::{Given, names};
 pub use loads::SurfaceLoads;
@@ -37,6 +40,14 @@ impl Value {
             index,
             factor: 1.0,
             constant: 0.0,
+        }
+    }
+
+    /// Derivative with respect to the load of this index.
+    pub fn slope(&self, load: usize) -> f64 {
+        match *self {
+            Value::Load { index, factor, .. } if index == load => factor,
+            Value::Load { .. } | Value::Constant(_) => 0.0,
         }
     }
 

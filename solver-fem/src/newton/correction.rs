@@ -1,8 +1,9 @@
 //! From an iterate to the next one: choice of tangents, linear solve, cap, geometric check.
 
+use super::control::{driven, force_slope};
 use super::relaxation::{add_viscosity, largest_strain};
 use super::state::{Iterate, Size};
-use super::{FailureReason, Phase, Safeguarded, StepSettings, Strategy, safeguard};
+use super::{Control, FailureReason, Phase, Safeguarded, StepSettings, Strategy, safeguard};
 use crate::assembly::{Configuration, residual, tangent};
 use crate::kinematics::{InvertedElement, point_geometry};
 use crate::layout::Field;
@@ -23,6 +24,7 @@ pub(super) enum TangentChoice {
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Correction {
     pub coordinates: Vec<f64>,
+    pub loads: Vec<f64>,
     pub ratio: f64,
     pub size: Size,
     pub safeguarded: usize,
@@ -107,37 +109,69 @@ fn chosen<const D: usize>(iterate: &Iterate, phase: Phase, choice: TangentChoice
 struct Equilibrium<'a, const D: usize> {
     problem: &'a Problem<D>,
     at: Configuration<'a>,
+    /// The load that adapts, where one does.
+    load: Option<usize>,
+}
+
+/// What a linear solve gives, on all degrees of freedom.
+struct Solution {
+    /// Correction at fixed loads.
+    du: Vec<f64>,
+    /// Its change with the load that adapts.
+    slope: Option<Vec<f64>>,
+    /// Relative residual of the linear solve.
+    relative_residual: f64,
 }
 
 impl<const D: usize> Equilibrium<'_, D> {
-    /// K·du = −R − K·du_prescribed; returns du on all degrees of freedom and the relative residual
-    /// of the linear solve.
+    /// K·du = −R − K·du_prescribed, and K·slope = ∂f/∂λ − K·∂u_prescribed/∂λ.
     fn solve(
         &self,
         tangents: &[f64],
         prescribed: &[f64],
-    ) -> Result<Result<(Vec<f64>, f64), LinearError>, FailureReason> {
-        let Equilibrium { problem, at } = self;
+    ) -> Result<Result<Solution, LinearError>, FailureReason> {
+        let Equilibrium { problem, at, load } = self;
         let out_of_balance = residual(problem, at)?;
         let system = tangent(problem, at, tangents, prescribed)?;
         let free = &problem.constraints().free;
-        let rhs: Vec<f64> = free
-            .iter()
-            .zip(&system.prescribed)
-            .map(|(&dof, moved)| -out_of_balance.vector[dof] - moved)
-            .collect();
-        let solved = problem
-            .solver()
-            .factorise(&system.values)
-            .and_then(|f| f.solve(&rhs));
-        Ok(solved.map(|solution| {
+        let rhs = |forces: &[f64], moved: &[f64]| -> Vec<f64> {
+            let pairs = free.iter().zip(moved);
+            pairs.map(|(&dof, moved)| forces[dof] - moved).collect()
+        };
+        let unbalanced: Vec<f64> = out_of_balance.vector.iter().map(|r| -r).collect();
+        let rhs_slope = match load {
+            None => None,
+            Some(load) => {
+                let driven = driven(problem, *load);
+                let moved = tangent(problem, at, tangents, &driven)?.prescribed;
+                let forces = force_slope(problem, at.unknowns, at.loads, *load);
+                Some((rhs(&forces, &moved), driven))
+            }
+        };
+        let on_all = |x: &[f64], prescribed: &[f64]| {
             let mut du = prescribed.to_vec();
-            for (&dof, x) in free.iter().zip(&solution.x) {
+            for (&dof, x) in free.iter().zip(x) {
                 du[dof] = *x;
             }
             problem.constraints().spread(&mut du);
-            (du, solution.relative_residual)
-        }))
+            du
+        };
+        let solved = problem
+            .solver()
+            .factorise(&system.values)
+            .and_then(|factors| {
+                let solution = factors.solve(&rhs(&unbalanced, &system.prescribed))?;
+                let slope = rhs_slope.map(|(rhs, driven)| {
+                    let slope = factors.solve(&rhs)?;
+                    Ok(on_all(&slope.x, &driven))
+                });
+                Ok(Solution {
+                    du: on_all(&solution.x, prescribed),
+                    slope: slope.transpose()?,
+                    relative_residual: solution.relative_residual,
+                })
+            });
+        Ok(solved)
     }
 
     /// The first of several lists of tangents that gives a regular system.
@@ -145,7 +179,7 @@ impl<const D: usize> Equilibrium<'_, D> {
         &self,
         candidates: &[&[f64]],
         prescribed: &[f64],
-    ) -> Result<(Vec<f64>, f64), FailureReason> {
+    ) -> Result<Solution, FailureReason> {
         let mut failure = None;
         for tangents in candidates {
             match self.solve(tangents, prescribed)? {
@@ -174,12 +208,27 @@ fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a - b).collect()
 }
 
+/// Follows the change of the load that adapts, where one does; returns that change.
+fn adapt(
+    Solution { du, slope, .. }: &mut Solution,
+    change: impl FnOnce(&[f64], &[f64]) -> Result<f64, FailureReason>,
+) -> Result<f64, FailureReason> {
+    let Some(slope) = slope else {
+        return Ok(0.0);
+    };
+    let change = change(du, slope)?;
+    for (du, slope) in du.iter_mut().zip(slope) {
+        *du += change * *slope;
+    }
+    Ok(change)
+}
+
 /// The first positions of a step: right-hand side −r_n (with the new loads) plus the prescribed
 /// increment, stiffness from the stored tangents.
 pub(super) fn predict<const D: usize>(
     problem: &Problem<D>,
     state: &super::MacroState<D>,
-    loads: &[f64],
+    (loads, control): (&[f64], Option<&Control>),
     prescribed: &[f64],
     settings: &StepSettings,
 ) -> Result<Correction, FailureReason> {
@@ -189,9 +238,17 @@ pub(super) fn predict<const D: usize>(
     let equilibrium = Equilibrium {
         problem,
         at: state.configuration(&unknowns, loads),
+        load: control.map(|control| control.load),
     };
-    let (du, linear_residual) =
+    let mut solution =
         equilibrium.solve_first(&[&tangents, &state.elastic_tangents], prescribed)?;
+    let mut loads = loads.to_vec();
+    if let Some(control) = control {
+        loads[control.load] += adapt(&mut solution, |du, slope| {
+            control.first_change(problem, state, du, slope)
+        })?;
+    }
+    let du = solution.du;
     let coordinates: Vec<f64> = unknowns.iter().zip(&du).map(|(x, d)| x + d).collect();
     if let Some(element) = inverted(problem, &coordinates) {
         return Err(element.into());
@@ -200,10 +257,11 @@ pub(super) fn predict<const D: usize>(
     let size = judge(problem, length, f64::INFINITY, settings);
     Ok(Correction {
         coordinates,
+        loads,
         ratio: 1.0,
         size,
         safeguarded,
-        linear_residual,
+        linear_residual: solution.relative_residual,
     })
 }
 
@@ -227,7 +285,7 @@ fn judge<const D: usize>(
 pub(super) fn correct<const D: usize>(
     problem: &Problem<D>,
     committed: &super::MacroState<D>,
-    loads: &[f64],
+    control: Option<&Control>,
     iterate: &Iterate,
     (phase, choice): (Phase, TangentChoice),
     settings: &StepSettings,
@@ -243,13 +301,26 @@ pub(super) fn correct<const D: usize>(
     }
     let equilibrium = Equilibrium {
         problem,
-        at: iterate.configuration(committed, loads),
+        at: iterate.configuration(committed),
+        load: control.map(|control| control.load),
     };
     let held = vec![0.0; problem.layout().len()];
     // A correction is judged and capped by its displacements.
     let moving = problem.dof_count();
     let candidates = [&tangents[..], &iterate.elastic_tangents, elastic];
-    let (mut du, linear_residual) = equilibrium.solve_first(&candidates, &held)?;
+    let mut solution = equilibrium.solve_first(&candidates, &held)?;
+    let mut change = 0.0;
+    if let Some(control) = control {
+        let (from, at) = (&committed.coordinates, &iterate.coordinates);
+        change = adapt(&mut solution, |du, slope| {
+            control.change(problem, from, at, du, slope)
+        })?;
+    }
+    let Solution { mut du, .. } = solution;
+    let mut scale = |du: &mut [f64], factor: f64| {
+        du.iter_mut().for_each(|d| *d *= factor);
+        change *= factor;
+    };
 
     if let Strategy::TwoPhase(two_phase) = settings.strategy {
         let (length, limit) = match phase {
@@ -264,7 +335,7 @@ pub(super) fn correct<const D: usize>(
             ),
         };
         if length > limit && limit > 0.0 {
-            du.iter_mut().for_each(|d| *d *= limit / length);
+            scale(&mut du, limit / length);
         }
     }
     // No line search on the residual: each trial would be a full sweep, and it cured nothing. A
@@ -280,7 +351,7 @@ pub(super) fn correct<const D: usize>(
         match inverted(problem, &moved) {
             None => break moved,
             Some(element) if halvings == HALVINGS => return Err(element.into()),
-            Some(_) => du.iter_mut().for_each(|d| *d *= 0.5),
+            Some(_) => scale(&mut du, 0.5),
         }
         halvings += 1;
     };
@@ -288,11 +359,16 @@ pub(super) fn correct<const D: usize>(
     let step = norm(&difference(&coordinates, &committed.coordinates));
     let ratio = if length == 0.0 { 0.0 } else { length / step };
     let size = judge(problem, length, ratio, settings);
+    let mut loads = iterate.loads.clone();
+    if let Some(control) = control {
+        loads[control.load] += change;
+    }
     Ok(Correction {
         coordinates,
+        loads,
         ratio,
         size,
         safeguarded,
-        linear_residual,
+        linear_residual: solution.relative_residual,
     })
 }

@@ -1,6 +1,7 @@
 //! The committed state of the macro scale: all the next step reads.
 
-use serde::{Deserialize, Serialize};
+use serde::ser::SerializeStruct;
+use serde::{Deserialize, Serialize, Serializer};
 use thiserror::Error;
 
 use crate::assembly::{Configuration, Start, residual};
@@ -12,7 +13,7 @@ use crate::tensor::{self, Tensor2, Tensor4};
 
 /// State of the macro scale at the end of a step. Arrays are flat: nodes × D, or Gauss points × D²
 /// (stress, row by row) or × D⁴ (tangents, last index fastest).
-#[derive(Serialize, Deserialize, Clone, PartialEq, Debug, Default)]
+#[derive(Deserialize, Clone, PartialEq, Debug, Default)]
 pub struct MacroState<const D: usize> {
     /// Total displacement from the initial mesh.
     pub displacement: Vec<f64>,
@@ -29,9 +30,38 @@ pub struct MacroState<const D: usize> {
     /// Load values.
     pub loads: Vec<f64>,
     /// The fields of second gradient, where the problem has one.
-    // Last, as it is left out of a plain state, which is stored as an array.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default)]
     pub second_gradient: Option<SecondGradientState>,
+    /// Displacement over the last step, where that was controlled by arc length: the next one goes on in its direction.
+    #[serde(default)]
+    pub increment: Option<Vec<f64>>,
+}
+
+/// A state is stored as an array. What it has not is left out at the end of it, so that what a plain state is stored as
+/// does not change with what others may have.
+impl<const D: usize> Serialize for MacroState<D> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let last = match (&self.second_gradient, &self.increment) {
+            (None, None) => 7,
+            (Some(_), None) => 8,
+            (_, Some(_)) => 9,
+        };
+        let mut fields = serializer.serialize_struct("MacroState", last)?;
+        fields.serialize_field("displacement", &self.displacement)?;
+        fields.serialize_field("coordinates", &self.coordinates)?;
+        fields.serialize_field("stress", &self.stress)?;
+        fields.serialize_field("predictor_tangents", &self.predictor_tangents)?;
+        fields.serialize_field("elastic_tangents", &self.elastic_tangents)?;
+        fields.serialize_field("reactions", &self.reactions)?;
+        fields.serialize_field("loads", &self.loads)?;
+        if last > 7 {
+            fields.serialize_field("second_gradient", &self.second_gradient)?;
+        }
+        if last > 8 {
+            fields.serialize_field("increment", &self.increment)?;
+        }
+        fields.end()
+    }
 }
 
 /// A state does not fit its problem.
@@ -83,6 +113,7 @@ impl<const D: usize> MacroState<D> {
             reactions: vec![0.0; problem.dof_count()],
             loads: loads.to_vec(),
             second_gradient: SecondGradientState::zero(problem),
+            increment: None,
         };
         state.check(problem)?;
         let unknowns = state.unknowns();
@@ -130,6 +161,11 @@ impl<const D: usize> MacroState<D> {
                 multipliers / (D * D),
             ),
             ("the field v", of(|f| &f.gradient), gradient),
+            (
+                "the last increment",
+                self.increment.as_ref().unwrap_or(&self.displacement),
+                dofs,
+            ),
             ("the displacement", &self.displacement, dofs),
             ("the list of positions", &self.coordinates, dofs),
             ("the stress", &self.stress, points * D * D),

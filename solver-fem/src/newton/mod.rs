@@ -4,6 +4,7 @@
 //! ([`Request::Evaluate`]), is handed the answers, and can be stored and restored at any wave.
 //! `docs/design/coupling.md` tells why the strategy is what it is.
 
+mod control;
 mod correction;
 mod macro_state;
 mod plan;
@@ -14,6 +15,7 @@ mod settings;
 mod solver;
 mod state;
 
+pub use control::{Control, Path};
 pub use macro_state::{MacroState, StateError};
 pub use relaxation::Relaxation;
 pub use report::{Acceptance, FailureReason, Phase, StepFailure, StepOutcome, SweepReport};

@@ -141,6 +141,24 @@ pub enum FailureReason {
         /// The points.
         points: Vec<GaussPointId>,
     },
+    /// The forces balance, or nearly so, but what controls the step is not where it should be.
+    #[error(
+        "solve the step: after {sweeps} sweeps (residual {residual:.2e}) what controls the step is off by {miss:.1e} of the step"
+    )]
+    OffPath {
+        /// Number of sweeps.
+        sweeps: usize,
+        /// Best force residual.
+        residual: f64,
+        /// |g* − g|/|g* − g_n| of the measure g that is followed.
+        miss: f64,
+    },
+    /// The load that adapts does not move what is followed.
+    #[error("solve the step: load {load} has no effect on what controls the step")]
+    NoControl {
+        /// The load.
+        load: usize,
+    },
     /// A correction folded an element.
     #[error("solve the step: a correction inverts element e{element} at its Gauss point {point}")]
     ElementInverted {

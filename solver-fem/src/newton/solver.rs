@@ -9,10 +9,11 @@ use super::macro_state::{StateError, reactions};
 use super::plan::Origin;
 use super::state::{Iterate, Size, Status, StepState, Trial};
 use super::{
-    Acceptance, FailureReason, MacroState, Phase, Relaxation, StepFailure, StepOutcome,
-    StepSettings, Strategy, SweepReport,
+    Acceptance, Control, FailureReason, MacroState, Path, Phase, Relaxation, StepFailure,
+    StepOutcome, StepSettings, Strategy, SweepReport,
 };
 use crate::assembly::{Configuration, Residual, element_shares, internal_forces, residual};
+use crate::boundary::CavityProblem;
 use crate::constitutive::{Base, ConstitutiveResponse, GaussPointId, Wave};
 use crate::kinematics::{InvertedElement, deformation_gradient, point_geometry};
 use crate::layout::Field;
@@ -39,6 +40,15 @@ pub enum BeginError {
     /// The committed state does not fit the problem.
     #[error("begin the step: {0}")]
     State(#[from] StateError),
+    /// The cavity whose volume should be followed has none.
+    #[error("begin the step: {0}")]
+    Cavity(#[from] CavityProblem),
+    /// The load that should adapt does not exist.
+    #[error("begin the step: there is no load {load} to adapt")]
+    Control {
+        /// The load.
+        load: usize,
+    },
     /// The wrong number of load values, or one that is not finite.
     #[error("begin the step: {found} finite load values were given, the problem has {expected}")]
     Loads {
@@ -79,7 +89,27 @@ impl<const D: usize> StepSolver<D> {
         values_next: &[f64],
         settings: &StepSettings,
     ) -> Result<Self, BeginError> {
+        Self::begin_controlled(problem, committed, (values_n, values_next, None), settings)
+    }
+
+    /// Begins a step as [`begin`](Self::begin) does, in which the load that `control` names adapts to what is followed; its
+    /// next value is where the search begins.
+    ///
+    /// # Errors
+    /// Also a control that does not fit the problem.
+    pub fn begin_controlled(
+        problem: &Arc<Problem<D>>,
+        committed: &MacroState<D>,
+        (values_n, values_next, control): (&[f64], &[f64], Option<&Control>),
+        settings: &StepSettings,
+    ) -> Result<Self, BeginError> {
         committed.check(problem)?;
+        if let Some(control) = control {
+            control.check(problem)?;
+            if control.load >= problem.load_count() {
+                return Err(BeginError::Control { load: control.load });
+            }
+        }
         for values in [values_n, values_next] {
             let found = values.iter().filter(|value| value.is_finite()).count();
             let expected = problem.load_count();
@@ -96,15 +126,17 @@ impl<const D: usize> StepSolver<D> {
             state: StepState {
                 settings: *settings,
                 committed: committed.clone(),
-                loads: values_next.to_vec(),
+                control: control.cloned(),
                 trial: Trial {
                     wave: 0,
                     phase: Phase::Pure,
                     base: Base::Committed,
                     start: None,
                     coordinates: committed.unknowns(),
+                    loads: values_next.to_vec(),
                     base_coordinates: Vec::new(),
                     from: committed.unknowns(),
+                    from_loads: values_next.to_vec(),
                     unbalanced: Vec::new(),
                     released: 0.0,
                     halvings: 0,
@@ -122,7 +154,8 @@ impl<const D: usize> StepSolver<D> {
                 status: Status::Evaluating,
             },
         };
-        match predict(problem, committed, values_next, &prescribed, settings) {
+        let loads = (values_next, control);
+        match predict(problem, committed, loads, &prescribed, settings) {
             Ok(correction) => solver.adopt(correction),
             Err(reason) => solver.fail(reason),
         }
@@ -152,7 +185,9 @@ impl<const D: usize> StepSolver<D> {
         });
         for (fits, what) in [
             (
-                state.loads.len() == problem.load_count(),
+                [&trial.loads, &trial.from_loads]
+                    .iter()
+                    .all(|loads| loads.len() == problem.load_count()),
                 "the list of loads",
             ),
             (
@@ -245,9 +280,13 @@ impl<const D: usize> StepSolver<D> {
                 trial.halvings += 1;
                 trial.wave += 1;
                 trial.correction *= 0.5;
-                for (x, from) in trial.coordinates.iter_mut().zip(&trial.from) {
-                    *x = from + 0.5 * (*x - from);
-                }
+                let halve = |to: &mut [f64], from: &[f64]| {
+                    for (to, from) in to.iter_mut().zip(from) {
+                        *to = from + 0.5 * (*to - from);
+                    }
+                };
+                halve(&mut trial.coordinates, &trial.from);
+                halve(&mut trial.loads, &trial.from_loads);
             }
         }
         self.next()
@@ -283,7 +322,11 @@ impl<const D: usize> StepSolver<D> {
         self.check(responses)?;
         let trial = &self.state.trial;
         let (phase, size) = (trial.phase, trial.size);
-        let mut iterate = Iterate::new(trial.wave, trial.coordinates.clone(), responses);
+        let mut iterate = Iterate::new(
+            trial.wave,
+            (trial.coordinates.clone(), trial.loads.clone()),
+            responses,
+        );
         let balance = self.balance(&iterate)?;
         let ratio = balance.ratio();
         iterate.residual = ratio;
@@ -311,7 +354,8 @@ impl<const D: usize> StepSolver<D> {
             || balance
                 .mismatch
                 .is_none_or(|mismatch| mismatch <= tolerance);
-        let small = ratio <= tolerance && tied && iterate.provisional.is_empty();
+        let on_path = self.miss(&iterate) <= self.state.settings.displacement_tolerance;
+        let small = ratio <= tolerance && tied && on_path && iterate.provisional.is_empty();
         if small && size == Size::Negligible {
             return self.converge(iterate, &balance, Acceptance::Tolerance);
         }
@@ -342,7 +386,7 @@ impl<const D: usize> StepSolver<D> {
         let correction = correct(
             &self.problem,
             &self.state.committed,
-            &self.state.loads,
+            self.state.control.as_ref(),
             &from,
             (plan.phase, plan.choice),
             &self.state.settings,
@@ -364,6 +408,7 @@ impl<const D: usize> StepSolver<D> {
         trial.halvings = 0;
         trial.phase = plan.phase;
         trial.from = from.coordinates.clone();
+        trial.from_loads = from.loads.clone();
         trial.released = match plan.phase {
             Phase::Pure => 0.0,
             Phase::Path | Phase::Relaxation => from.released,
@@ -418,6 +463,7 @@ impl<const D: usize> StepSolver<D> {
     fn adopt(&mut self, correction: Correction) {
         let trial = &mut self.state.trial;
         trial.coordinates = correction.coordinates;
+        trial.loads = correction.loads;
         trial.correction = correction.ratio;
         trial.size = correction.size;
         trial.safeguarded = correction.safeguarded;
@@ -442,15 +488,27 @@ impl<const D: usize> StepSolver<D> {
                 points: best.provisional,
             });
         }
-        match settings.strategy {
-            Strategy::TwoPhase(two_phase) if best.residual <= two_phase.loose_tolerance => {
-                let balance = self.balance(&best)?;
-                let accepted = Acceptance::LooselyAccepted {
-                    residual: best.residual,
-                };
-                self.converge(best, &balance, accepted)
-            }
-            _ => Err(not_converged(best.residual)),
+        let enough = match settings.strategy {
+            Strategy::TwoPhase(two_phase) => two_phase.loose_tolerance,
+            Strategy::Plain { .. } => settings.force_tolerance,
+        };
+        let miss = self.miss(&best);
+        if best.residual > enough {
+            Err(not_converged(best.residual))
+        } else if miss > settings.displacement_tolerance {
+            Err(FailureReason::OffPath {
+                sweeps,
+                residual: best.residual,
+                miss,
+            })
+        } else if matches!(settings.strategy, Strategy::TwoPhase(_)) {
+            let balance = self.balance(&best)?;
+            let accepted = Acceptance::LooselyAccepted {
+                residual: best.residual,
+            };
+            self.converge(best, &balance, accepted)
+        } else {
+            Err(not_converged(best.residual))
         }
     }
 
@@ -459,7 +517,19 @@ impl<const D: usize> StepSolver<D> {
     }
 
     fn configuration<'a>(&'a self, iterate: &'a Iterate) -> Configuration<'a> {
-        iterate.configuration(&self.state.committed, &self.state.loads)
+        iterate.configuration(&self.state.committed)
+    }
+
+    /// How far off what controls the step is, in parts of the step; 0 where loads alone do.
+    fn miss(&self, iterate: &Iterate) -> f64 {
+        self.state.control.as_ref().map_or(0.0, |control| {
+            let moving = self.problem.dof_count();
+            control.miss(
+                &self.problem,
+                &self.state.committed.coordinates,
+                &iterate.coordinates[..moving],
+            )
+        })
     }
 
     /// Whether the step moved by no more than what counts as none.
@@ -509,6 +579,11 @@ impl<const D: usize> StepSolver<D> {
         let initial = self.problem.initial();
         let displacement = coordinates.iter().zip(initial);
         let displacement = displacement.map(|(x, x0)| x - x0).collect();
+        let followed = self.state.control.as_ref().map(|control| &control.path);
+        let increment = matches!(followed, Some(Path::ArcLength { .. })).then(|| {
+            let moved = coordinates.iter().zip(&self.state.committed.coordinates);
+            moved.map(|(x, from)| x - from).collect()
+        });
         let outcome = StepOutcome {
             state: MacroState {
                 displacement,
@@ -517,8 +592,9 @@ impl<const D: usize> StepSolver<D> {
                 predictor_tangents: self.state.predictor_tangents.clone(),
                 elastic_tangents: self.state.committed.elastic_tangents.clone(),
                 reactions: reactions(&self.problem, &balance.vector),
-                loads: self.state.loads.clone(),
+                loads: iterate.loads,
                 second_gradient,
+                increment,
             },
             wave: iterate.wave,
             accepted,

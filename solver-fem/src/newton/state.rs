@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{MacroState, Phase, StepFailure, StepOutcome, StepSettings, SweepReport};
+use super::{Control, MacroState, Phase, StepFailure, StepOutcome, StepSettings, SweepReport};
 use crate::assembly::Configuration;
 use crate::constitutive::{Base, ConstitutiveResponse, GaussPointId, Smoothness};
 use crate::tensor;
@@ -13,6 +13,7 @@ use crate::tensor;
 pub(super) struct Iterate {
     pub wave: u32,
     pub coordinates: Vec<f64>,
+    pub loads: Vec<f64>,
     pub stress: Vec<f64>,
     pub tangents: Vec<f64>,
     pub elastic_tangents: Vec<f64>,
@@ -28,12 +29,13 @@ pub(super) struct Iterate {
 impl Iterate {
     pub fn new<const D: usize>(
         wave: u32,
-        coordinates: Vec<f64>,
+        (coordinates, loads): (Vec<f64>, Vec<f64>),
         responses: &[ConstitutiveResponse<D>],
     ) -> Self {
         Iterate {
             wave,
             coordinates,
+            loads,
             stress: tensor::flatten2(responses.iter().map(|r| &r.stress)),
             tangents: tensor::flatten4(responses.iter().map(|r| &r.tangent)),
             elastic_tangents: tensor::flatten4(responses.iter().map(|r| &r.elastic_tangent)),
@@ -65,12 +67,11 @@ impl Iterate {
     pub fn configuration<'a, const D: usize>(
         &'a self,
         committed: &'a MacroState<D>,
-        loads: &'a [f64],
     ) -> Configuration<'a> {
         Configuration {
             unknowns: &self.coordinates,
             stress: &self.stress,
-            loads,
+            loads: &self.loads,
             start: committed.start(),
         }
     }
@@ -92,10 +93,14 @@ pub(super) struct Trial {
     pub start: Option<u32>,
     /// Positions, or all unknowns, as in [`Iterate`].
     pub coordinates: Vec<f64>,
-    /// The same of the base; empty for the committed ones.
+    /// Load values there.
+    pub loads: Vec<f64>,
+    /// Positions, or all unknowns, of the base; empty for the committed ones.
     pub base_coordinates: Vec<f64>,
     /// Positions, or all unknowns, that the correction left.
     pub from: Vec<f64>,
+    /// Load values that it left.
+    pub from_loads: Vec<f64>,
     /// Forces out of balance at the base, and the work they had done to get there; empty for the committed base.
     pub unbalanced: Vec<f64>,
     pub released: f64,
@@ -121,7 +126,7 @@ pub(super) enum Status<const D: usize> {
 pub struct StepState<const D: usize> {
     pub(super) settings: StepSettings,
     pub(super) committed: MacroState<D>,
-    pub(super) loads: Vec<f64>,
+    pub(super) control: Option<Control>,
     pub(super) trial: Trial,
     pub(super) best: Option<Iterate>,
     /// Best iterate that was restored last, so that no iterate is restored twice.
