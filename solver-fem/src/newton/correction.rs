@@ -223,30 +223,114 @@ fn adapt(
     Ok(change)
 }
 
+/// A correction with the tangents of a list of points, viscous enough that no Gauss point strains by more than `reach`:
+/// near a limit point or a bifurcation K alone is nearly singular, and its correction leads to where no REV can follow.
+struct Bounded<'a, const D: usize> {
+    equilibrium: Equilibrium<'a, D>,
+    /// Initial elastic tangents E.
+    elastic: &'a [f64],
+    /// Elastic tangents of the points as they are.
+    own: &'a [f64],
+    reach: f64,
+}
+
+impl<const D: usize> Bounded<'_, D> {
+    /// Viscosities c of K + c K_E that are tried in turn where K alone reaches too far.
+    const VISCOSITIES: [f64; 4] = [0.03, 0.1, 0.3, 1.0];
+
+    /// The correction, the change of the load that adapts, and whether tangents were made viscous.
+    fn solve(
+        &self,
+        candidates: &[&[f64]],
+        prescribed: &[f64],
+        change: impl Fn(&[f64], &[f64]) -> Result<f64, FailureReason>,
+    ) -> Result<(Solution, f64, Damping), FailureReason> {
+        let Equilibrium { problem, at, .. } = &self.equilibrium;
+        let positions = &at.unknowns[..problem.dof_count()];
+        let attempt = |candidates: &[&[f64]]| {
+            let mut solution = self.equilibrium.solve_first(candidates, prescribed)?;
+            let change = adapt(&mut solution, &change)?;
+            let strain = largest_strain(problem, positions, &solution.du);
+            Ok::<_, FailureReason>((solution, change, strain <= self.reach))
+        };
+        let (solution, moved, within) = attempt(candidates)?;
+        if within {
+            return Ok((solution, moved, Damping::None));
+        }
+        for viscosity in Self::VISCOSITIES {
+            let mut damped = candidates
+                .first()
+                .map_or(Vec::new(), |first| first.to_vec());
+            add_viscosity::<D>(&mut damped, self.own, self.elastic, viscosity);
+            if let Ok((solution, moved, true)) = attempt(&[&damped]) {
+                return Ok((solution, moved, Damping::Damped));
+            }
+        }
+        let (solution, moved, _) = attempt(&[self.elastic])?;
+        Ok((solution, moved, Damping::Damped))
+    }
+}
+
+/// Whether all tangents of a correction were made viscous.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Damping {
+    None,
+    Damped,
+}
+
+impl Damping {
+    /// The number of points whose tangents were changed, `guarded` of them by the guard.
+    fn touched(self, guarded: usize, points: usize) -> usize {
+        match self {
+            Damping::None => guarded,
+            Damping::Damped => points,
+        }
+    }
+}
+
 /// The first positions of a step: right-hand side −r_n (with the new loads) plus the prescribed
-/// increment, stiffness from the stored tangents.
+/// increment, stiffness from the stored tangents. Returns also how far the corrections of the step may reach: see
+/// [`TwoPhase::reach`](super::TwoPhase).
 pub(super) fn predict<const D: usize>(
     problem: &Problem<D>,
     state: &super::MacroState<D>,
     (loads, control): (&[f64], Option<&Control>),
     prescribed: &[f64],
     settings: &StepSettings,
-) -> Result<Correction, FailureReason> {
+) -> Result<(Correction, f64), FailureReason> {
     let mut tangents = state.predictor_tangents.clone();
-    let safeguarded = guard::<D>(&mut tangents, &state.elastic_tangents, settings);
+    let elastic = &state.elastic_tangents;
+    let guarded = guard::<D>(&mut tangents, elastic, settings);
     let unknowns = state.unknowns();
     let equilibrium = Equilibrium {
         problem,
         at: state.configuration(&unknowns, loads),
         load: control.map(|control| control.load),
     };
-    let mut solution =
-        equilibrium.solve_first(&[&tangents, &state.elastic_tangents], prescribed)?;
+    let change = |du: &[f64], slope: &[f64]| {
+        control.map_or(Ok(0.0), |control| {
+            control.first_change(problem, state, du, slope)
+        })
+    };
+    let reach = match settings.strategy {
+        Strategy::Plain { .. } => f64::INFINITY,
+        Strategy::TwoPhase(two_phase) => {
+            let mut solution = equilibrium.solve_first(&[elastic], prescribed)?;
+            adapt(&mut solution, change)?;
+            let strain = largest_strain(problem, &state.coordinates, &solution.du);
+            two_phase.reach(strain)
+        }
+    };
+    let bounded = Bounded {
+        equilibrium,
+        elastic,
+        own: elastic,
+        reach,
+    };
+    let (solution, change, damping) = bounded.solve(&[&tangents, elastic], prescribed, change)?;
     let mut loads = loads.to_vec();
     if let Some(control) = control {
-        loads[control.load] += adapt(&mut solution, |du, slope| {
-            control.first_change(problem, state, du, slope)
-        })?;
+        loads[control.load] += change;
     }
     let du = solution.du;
     let coordinates: Vec<f64> = unknowns.iter().zip(&du).map(|(x, d)| x + d).collect();
@@ -255,14 +339,15 @@ pub(super) fn predict<const D: usize>(
     }
     let length = norm(&du[..problem.dof_count()]);
     let size = judge(problem, length, f64::INFINITY, settings);
-    Ok(Correction {
+    let correction = Correction {
         coordinates,
         loads,
         ratio: 1.0,
         size,
-        safeguarded,
+        safeguarded: damping.touched(guarded, problem.gauss_point_count()),
         linear_residual: solution.relative_residual,
-    })
+    };
+    Ok((correction, reach))
 }
 
 fn judge<const D: usize>(
@@ -285,7 +370,7 @@ fn judge<const D: usize>(
 pub(super) fn correct<const D: usize>(
     problem: &Problem<D>,
     committed: &super::MacroState<D>,
-    control: Option<&Control>,
+    (control, reach): (Option<&Control>, f64),
     iterate: &Iterate,
     (phase, choice): (Phase, TangentChoice),
     settings: &StepSettings,
@@ -295,27 +380,35 @@ pub(super) fn correct<const D: usize>(
 
     let elastic = &committed.elastic_tangents;
     let mut tangents = chosen::<D>(iterate, phase, choice);
-    let safeguarded = guard::<D>(&mut tangents, elastic, settings);
+    let guarded = guard::<D>(&mut tangents, elastic, settings);
+    let own = &iterate.elastic_tangents;
     if let TangentChoice::Damped(viscosity) = choice {
-        add_viscosity::<D>(&mut tangents, iterate, elastic, viscosity);
+        add_viscosity::<D>(&mut tangents, own, elastic, viscosity);
     }
-    let equilibrium = Equilibrium {
-        problem,
-        at: iterate.configuration(committed),
-        load: control.map(|control| control.load),
+    let bounded = Bounded {
+        equilibrium: Equilibrium {
+            problem,
+            at: iterate.configuration(committed),
+            load: control.map(|control| control.load),
+        },
+        elastic,
+        own,
+        // The overdamped motion has its own viscosity, and follows its direction as far as it may.
+        reach: match phase {
+            Phase::Pure | Phase::Path => reach,
+            Phase::Relaxation => f64::INFINITY,
+        },
     };
     let held = vec![0.0; problem.layout().len()];
     // A correction is judged and capped by its displacements.
     let moving = problem.dof_count();
-    let candidates = [&tangents[..], &iterate.elastic_tangents, elastic];
-    let mut solution = equilibrium.solve_first(&candidates, &held)?;
-    let mut change = 0.0;
-    if let Some(control) = control {
+    let candidates = [&tangents[..], own, elastic];
+    let (solution, mut change, damping) = bounded.solve(&candidates, &held, |du, slope| {
         let (from, at) = (&committed.coordinates, &iterate.coordinates);
-        change = adapt(&mut solution, |du, slope| {
+        control.map_or(Ok(0.0), |control| {
             control.change(problem, from, at, du, slope)
-        })?;
-    }
+        })
+    })?;
     let Solution { mut du, .. } = solution;
     let mut scale = |du: &mut [f64], factor: f64| {
         du.iter_mut().for_each(|d| *d *= factor);
@@ -323,19 +416,21 @@ pub(super) fn correct<const D: usize>(
     };
 
     if let Strategy::TwoPhase(two_phase) = settings.strategy {
-        let (length, limit) = match phase {
-            Phase::Pure => (0.0, 0.0),
-            Phase::Path => {
-                let so_far = norm(&difference(&iterate.coordinates, &committed.coordinates));
-                (norm(&du[..moving]), two_phase.correction_cap * so_far)
+        if phase == Phase::Path {
+            let so_far = norm(&difference(&iterate.coordinates, &committed.coordinates));
+            let limit = two_phase.correction_cap * so_far;
+            let length = norm(&du[..moving]);
+            if length > limit && limit > 0.0 {
+                scale(&mut du, limit / length);
             }
-            Phase::Relaxation => (
-                largest_strain(problem, &iterate.coordinates, &du),
-                two_phase.relaxation.largest_strain,
-            ),
+        }
+        let most = match phase {
+            Phase::Pure | Phase::Path => reach,
+            Phase::Relaxation => two_phase.relaxation.largest_strain,
         };
-        if length > limit && limit > 0.0 {
-            scale(&mut du, limit / length);
+        let strain = largest_strain(problem, &iterate.coordinates, &du);
+        if strain > most {
+            scale(&mut du, most / strain);
         }
     }
     // No line search on the residual: each trial would be a full sweep, and it cured nothing. A
@@ -368,7 +463,7 @@ pub(super) fn correct<const D: usize>(
         loads,
         ratio,
         size,
-        safeguarded,
+        safeguarded: damping.touched(guarded, problem.gauss_point_count()),
         linear_residual: solution.relative_residual,
     })
 }

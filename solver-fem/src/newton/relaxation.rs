@@ -17,7 +17,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::state::Iterate;
 use crate::kinematics::point_geometry;
 use crate::problem::Problem;
 
@@ -55,17 +54,17 @@ impl Relaxation {
     }
 }
 
-/// C + c E for every point, from guarded tangents C. A point without stiffness of its own (a void) gets E whole: under
+/// C + c E for every point, from guarded tangents C. A point whose `own` elastic tangent is zero (a void) gets E whole: under
 /// less, the stress around it would close it in one sweep.
 pub(super) fn add_viscosity<const D: usize>(
     tangents: &mut [f64],
-    iterate: &Iterate,
+    own: &[f64],
     elastic: &[f64],
     viscosity: f64,
 ) {
     let size = D * D * D * D;
     let points = tangents.chunks_mut(size).zip(elastic.chunks(size));
-    for ((tangent, elastic), own) in points.zip(iterate.elastic_tangents.chunks(size)) {
+    for ((tangent, elastic), own) in points.zip(own.chunks(size)) {
         let void = own.iter().all(|&c| c == 0.0);
         let share = if void { 1.0 } else { viscosity };
         for (c, e) in tangent.iter_mut().zip(elastic) {

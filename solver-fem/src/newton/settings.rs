@@ -83,6 +83,10 @@ pub struct TwoPhase {
     /// At the end, the best iterate is still accepted up to this residual, and the outcome says
     /// so. 1e-2; set it to 0 to refuse.
     pub loose_tolerance: f64,
+    /// Largest strain that a predictor or a Newton correction may bring to a Gauss point, in largest strains that the
+    /// elastic body would undergo in this step, but [`LEAST_REACH`](Self::LEAST_REACH) in any case; beyond it, the tangents
+    /// are made viscous. 10: a band of one element among ten.
+    pub largest_strain_ratio: f64,
     /// Largest correction in the path phase, in norms of the step so far. 1.
     pub correction_cap: f64,
 }
@@ -97,7 +101,18 @@ impl Default for TwoPhase {
             sweeps: 12,
             relaxation: Relaxation::default(),
             loose_tolerance: 1e-2,
+            largest_strain_ratio: 10.0,
             correction_cap: 1.0,
         }
+    }
+}
+
+impl TwoPhase {
+    /// A strain that REVs always follow: half a percent.
+    pub const LEAST_REACH: f64 = 5e-3;
+
+    /// How far corrections may reach in a step in which the elastic body would strain by `elastic` at most.
+    pub(super) fn reach(&self, elastic: f64) -> f64 {
+        (self.largest_strain_ratio * elastic).max(Self::LEAST_REACH)
     }
 }

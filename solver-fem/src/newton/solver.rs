@@ -148,6 +148,7 @@ impl<const D: usize> StepSolver<D> {
                 best: None,
                 restored: None,
                 previous_residual: None,
+                reach: f64::INFINITY,
                 viscosity: Relaxation::FIRST_VISCOSITY,
                 predictor_tangents: committed.predictor_tangents.clone(),
                 sweeps: Vec::new(),
@@ -156,7 +157,10 @@ impl<const D: usize> StepSolver<D> {
         };
         let loads = (values_next, control);
         match predict(problem, committed, loads, &prescribed, settings) {
-            Ok(correction) => solver.adopt(correction),
+            Ok((correction, reach)) => {
+                solver.state.reach = reach;
+                solver.adopt(correction);
+            }
             Err(reason) => solver.fail(reason),
         }
         Ok(solver)
@@ -386,7 +390,7 @@ impl<const D: usize> StepSolver<D> {
         let correction = correct(
             &self.problem,
             &self.state.committed,
-            self.state.control.as_ref(),
+            (self.state.control.as_ref(), self.state.reach),
             &from,
             (plan.phase, plan.choice),
             &self.state.settings,

@@ -132,6 +132,8 @@ pub struct StepState<const D: usize> {
     /// Best iterate that was restored last, so that no iterate is restored twice.
     pub(super) restored: Option<u32>,
     pub(super) previous_residual: Option<f64>,
+    /// Largest strain of a Newton correction.
+    pub(super) reach: f64,
     /// Viscosity of the overdamped motion.
     pub(super) viscosity: f64,
     pub(super) predictor_tangents: Vec<f64>,
