@@ -29,9 +29,9 @@ fn the_hollow_cylinder_is_the_one_the_readme_promises() {
     };
     assert!(matches!(&rev.origin, Origin::Prepared(preparation) if preparation.grains == 100));
     let steps = problem.programme.steps();
-    assert_eq!(steps.first().unwrap().from, [rev.confining_stress]);
+    assert_eq!(steps.first().unwrap().from, [Some(rev.confining_stress)]);
     // The pressure is lowered, not taken away: without any the wall cannot stand.
-    let last = steps.last().unwrap().to[0];
+    let last = steps.last().unwrap().to[0].unwrap();
     assert!(0.0 < last && last < rev.confining_stress, "{last}");
 }
 
@@ -63,11 +63,9 @@ fn the_biaxial_test_is_that_of_the_standard_problem() {
         );
         let steps = problem.programme.steps();
         assert_eq!(steps.len(), 20);
-        assert!(
-            steps
-                .iter()
-                .all(|step| ((step.from[0] - step.to[0]) / 2.0 - 1e-3).abs() < 1e-12)
-        );
+        assert!(steps.iter().all(|step| {
+            ((step.from[0].unwrap() - step.to[0].unwrap()) / 2.0 - 1e-3).abs() < 1e-12
+        }));
     }
 }
 

@@ -1,5 +1,7 @@
 //! The load programme: from named loads and stages to one pair of load values per load step.
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 
 /// The most load steps of one programme.
@@ -37,6 +39,9 @@ pub struct Stage {
     pub times: u32,
     /// Load steps of each way, at least one.
     pub steps: u32,
+    /// The stage ends before its last load step where one of these is met.
+    #[serde(default)]
+    pub until: Vec<Stop>,
 }
 
 /// Where some loads go; the others keep their value.
@@ -44,6 +49,111 @@ pub struct Stage {
 pub struct Way {
     /// Index of each load and the value it is brought to.
     pub targets: Vec<(usize, f64)>,
+    /// What is followed in place of a load, which adapts.
+    #[serde(default)]
+    pub control: Option<Control>,
+}
+
+/// What a way follows in place of a load.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Control {
+    /// Index of the load that adapts.
+    pub load: usize,
+    /// What is followed.
+    pub path: Followed,
+}
+
+/// What a way may follow.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum Followed {
+    /// The volume of a cavity.
+    Volume {
+        /// The boundary that encloses it.
+        boundary: String,
+        /// V/V0 − 1 at the end of the way.
+        to: f64,
+    },
+    /// The length of the deformation's path.
+    ArcLength {
+        /// Root mean squares of the nodes' displacements, added up over the load steps of the way.
+        length: f64,
+        /// Sign of the first change of the load.
+        sense: f64,
+    },
+}
+
+/// What may end a stage early.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum Stop {
+    /// A load comes to a value.
+    Load(usize, Bound),
+    /// V/V0 − 1 of the cavity behind a boundary comes to a value.
+    Volume(String, Bound),
+    /// The equivalent shear strain of some Gauss point exceeds a value.
+    ShearStrain(f64),
+    /// A load changes no more: over so many load steps by less than this part of its value.
+    Settled {
+        /// Index of the load.
+        load: usize,
+        /// Largest change, over its value.
+        within: f64,
+        /// Number of load steps.
+        over: u32,
+    },
+}
+
+impl Stop {
+    /// What it says, `loads` being the names of the loads.
+    pub fn words(&self, loads: &[String]) -> String {
+        let name = |load: &usize| loads.get(*load).map_or("", String::as_str);
+        match self {
+            Self::Load(load, bound) => format!("`{}` is {bound}", name(load)),
+            Self::Volume(boundary, bound) => format!("the volume of `{boundary}` is {bound}"),
+            Self::ShearStrain(most) => format!("a shear strain is above {most}"),
+            Self::Settled { load, within, over } => {
+                let name = name(load);
+                format!(
+                    "`{name}` changed by less than {within} of its value over {over} load steps"
+                )
+            }
+        }
+    }
+
+    /// How many load steps back it looks.
+    pub fn steps(&self) -> Option<u32> {
+        match self {
+            Self::Settled { over, .. } => Some(*over),
+            Self::Load(..) | Self::Volume(..) | Self::ShearStrain(_) => None,
+        }
+    }
+}
+
+/// A value that is come to from below or from above.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Bound {
+    /// At this value or above it.
+    Above(f64),
+    /// At this value or below it.
+    Below(f64),
+}
+
+impl fmt::Display for Bound {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Above(value) => write!(f, "above {value}"),
+            Self::Below(value) => write!(f, "below {value}"),
+        }
+    }
+}
+
+impl Bound {
+    /// Whether `value` is there.
+    pub fn holds(self, value: f64) -> bool {
+        match self {
+            Self::Above(bound) => value >= bound,
+            Self::Below(bound) => value <= bound,
+        }
+    }
 }
 
 /// One increment of the programme: one load step, unless the solver has to cut it.
@@ -55,10 +165,17 @@ pub struct Step {
     pub stage: usize,
     /// Number of the step within its stage, from 1.
     pub within: u64,
-    /// The values of all loads at its beginning.
-    pub from: Vec<f64>,
-    /// The values of all loads at its end.
-    pub to: Vec<f64>,
+    /// The values of all loads at its beginning, as far as they are known beforehand: one that adapted in an earlier way is
+    /// known again at the end of the next way that brings it to a value.
+    pub from: Vec<Option<f64>>,
+    /// The values of all loads at its end, likewise.
+    pub to: Vec<Option<f64>>,
+    /// Load steps left of its way, itself included.
+    pub left: u32,
+    /// Where its way leads.
+    pub way: Way,
+    /// Load steps of its way.
+    pub of: u32,
 }
 
 impl Stage {
@@ -89,6 +206,22 @@ impl Programme {
         self.past
             .iter()
             .fold(0, |sum, stage| sum.saturating_add(stage.increments))
+    }
+
+    /// The boundaries whose enclosed volume it asks for.
+    pub fn cavities(&self) -> impl Iterator<Item = &str> {
+        self.stages.iter().flat_map(|stage| {
+            let controls = stage.ways.iter().filter_map(|way| way.control.as_ref());
+            let followed = controls.filter_map(|control| match &control.path {
+                Followed::Volume { boundary, .. } => Some(boundary.as_str()),
+                Followed::ArcLength { .. } => None,
+            });
+            let stops = stage.until.iter().filter_map(|stop| match stop {
+                Stop::Volume(boundary, _) => Some(boundary.as_str()),
+                _ => None,
+            });
+            followed.chain(stops)
+        })
     }
 
     /// The names of the stages, past ones first.
@@ -129,26 +262,31 @@ impl Programme {
     /// one exactly b, whatever the rounding.
     pub fn steps(&self) -> Vec<Step> {
         let mut steps = Vec::new();
-        let mut now = self.initial.clone();
+        let mut now: Vec<Option<f64>> = self.initial.iter().copied().map(Some).collect();
         let offset = self.offset();
         for (number, stage) in self.stages.iter().enumerate() {
             let mut within = 0;
+            // Where a stage may end early, no value is certain until a later way sets it.
+            let certain = stage.until.is_empty();
             for _ in 0..stage.times {
                 for way in &stage.ways {
                     let start = now.clone();
                     for i in 1..=stage.steps {
                         let from = now.clone();
                         for &(load, target) in &way.targets {
-                            let (Some(value), Some(a)) = (now.get_mut(load), start.get(load))
-                            else {
-                                continue;
-                            };
-                            let last = i == stage.steps;
-                            *value = if last {
-                                target
-                            } else {
-                                a + (target - a) * (f64::from(i) / f64::from(stage.steps))
-                            };
+                            if let (Some(value), Some(a)) = (now.get_mut(load), start.get(load)) {
+                                *value = if i == stage.steps {
+                                    Some(target)
+                                } else {
+                                    let part = f64::from(i) / f64::from(stage.steps);
+                                    a.map(|a| a + (target - a) * part)
+                                };
+                            }
+                        }
+                        if let Some(control) = &way.control
+                            && let Some(value) = now.get_mut(control.load)
+                        {
+                            *value = None;
                         }
                         within += 1;
                         let index = offset + steps.len() as u64 + 1;
@@ -158,7 +296,18 @@ impl Programme {
                             within,
                             from,
                             to: now.clone(),
+                            left: stage.steps - i + 1,
+                            way: way.clone(),
+                            of: stage.steps,
                         });
+                    }
+                }
+            }
+            if !certain {
+                let moved = stage.ways.iter().flat_map(|way| &way.targets);
+                for &(load, _) in moved {
+                    if let Some(value) = now.get_mut(load) {
+                        *value = None;
                     }
                 }
             }
@@ -176,6 +325,7 @@ mod tests {
             .iter()
             .map(|&target| Way {
                 targets: vec![(0, target)],
+                control: None,
             })
             .collect();
         Stage {
@@ -183,7 +333,12 @@ mod tests {
             ways,
             times,
             steps,
+            until: Vec::new(),
         }
+    }
+
+    fn known(values: &[Option<f64>]) -> Vec<f64> {
+        values.iter().map(|value| value.expect("known")).collect()
     }
 
     #[test]
@@ -195,9 +350,9 @@ mod tests {
         };
         let steps = programme.steps();
         assert_eq!(steps.len() as u64, programme.len());
-        assert_eq!(steps[2].to, [0.7, 7.0]);
-        assert_eq!(steps[9].to, [-0.3, 7.0]);
-        assert_eq!(steps[0].from, programme.initial);
+        assert_eq!(known(&steps[2].to), [0.7, 7.0]);
+        assert_eq!(known(&steps[9].to), [-0.3, 7.0]);
+        assert_eq!(known(&steps[0].from), programme.initial);
         assert!(
             steps
                 .windows(2)
@@ -220,7 +375,7 @@ mod tests {
             stages: vec![stage("back", &[0.0], 1, 3)],
         };
         assert_eq!((second.len(), second.steps()[0].index), (9, 7));
-        assert_eq!(second.steps()[0].from, [0.6]);
+        assert_eq!(known(&second.steps()[0].from), [0.6]);
         let third = second.until(7);
         let names: Vec<_> = third
             .iter()
@@ -236,12 +391,47 @@ mod tests {
             initial: vec![0.0],
             stages: vec![stage("c", &[-0.2, -0.1], 2, 2)],
         };
-        let values: Vec<f64> = programme.steps().iter().map(|step| step.to[0]).collect();
+        let values: Vec<f64> = programme
+            .steps()
+            .iter()
+            .map(|step| known(&step.to)[0])
+            .collect();
         assert_eq!(values.len(), 8);
         assert_eq!(
             [values[1], values[3], values[5], values[7]],
             [-0.2, -0.1, -0.2, -0.1]
         );
         assert!((values[0] + 0.1).abs() < 1e-15 && (values[2] + 0.15).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_load_that_adapted_is_known_again_when_a_way_has_brought_it_to_a_value() {
+        let mut inflate = stage("inflate", &[], 1, 2);
+        let followed = Followed::Volume {
+            boundary: "inner".into(),
+            to: 0.1,
+        };
+        inflate.ways.push(Way {
+            targets: Vec::new(),
+            control: Some(Control {
+                load: 0,
+                path: followed,
+            }),
+        });
+        let programme = Programme {
+            past: Vec::new(),
+            initial: vec![1.0],
+            stages: vec![inflate, stage("unload", &[0.0], 1, 3)],
+        };
+        let to: Vec<_> = programme.steps().iter().map(|step| step.to[0]).collect();
+        assert_eq!(to, [None, None, None, None, Some(0.0)]);
+        let mut early = stage("early", &[2.0], 1, 2);
+        early.until.push(Stop::Load(0, Bound::Above(1.2)));
+        let programme = Programme {
+            stages: vec![early, stage("hold", &[3.0], 1, 2)],
+            ..programme
+        };
+        let to: Vec<_> = programme.steps().iter().map(|step| step.to[0]).collect();
+        assert_eq!(to, [Some(1.5), Some(2.0), None, Some(3.0)]);
     }
 }

@@ -26,8 +26,9 @@ pub fn begin_step(
     interval: Interval,
 ) -> Result<Ahead, RunError> {
     let begun = thread_cpu_time();
-    let (from, to) = (&interval.from, &interval.to);
-    let solver = StepSolver::begin(&model.problem, state, from, to, settings)
+    let control = interval.control.as_ref();
+    let loads = (&interval.from[..], &interval.to[..], control);
+    let solver = StepSolver::begin_controlled(&model.problem, state, loads, settings)
         .map_err(|error| RunError::State(error.to_string()))?;
     Ok(Ahead {
         interval,

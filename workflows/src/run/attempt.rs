@@ -4,6 +4,7 @@ use std::{collections::BTreeMap, sync::Arc};
 
 use engine::{GraphHandle, NodeId, RetryPolicy, TaskSpec};
 use serde::{Deserialize, Serialize};
+use solver_dem::LossOfConfinement;
 use solver_fem::{
     Base, GaussPointId, Wave,
     newton::{StepSolver, StepState},
@@ -19,6 +20,7 @@ use super::{
     schedule::{Place, Schedule},
     work::{ElementJob, Job},
 };
+use crate::input;
 
 /// What makes a wave this wave: written before its first answer, enough to go on from it.
 #[derive(Serialize, Deserialize)]
@@ -38,12 +40,30 @@ struct WaveHeader {
 pub struct TaskPolicy {
     /// How the REVs are solved.
     pub settings: solver_dem::Settings,
-    /// Whether a load step may end with REVs that have lost all their contacts.
-    pub voids: solver_dem::LossOfConfinement,
+    /// What becomes of REVs that have lost all their contacts.
+    pub loss_of_confinement: input::LossOfConfinement,
     /// How often a task is tried.
     pub retry: RetryPolicy,
     /// How long it may take.
     pub time_limit: std::time::Duration,
+}
+
+impl TaskPolicy {
+    /// Whether a load step may end with the voids among these answers, those of all Gauss points.
+    pub fn voids(&self, answers: &[PointAnswer]) -> LossOfConfinement {
+        match self.loss_of_confinement {
+            input::LossOfConfinement::Fail => LossOfConfinement::Fail,
+            input::LossOfConfinement::Allow => LossOfConfinement::Allow,
+            input::LossOfConfinement::Isolated => {
+                let voids = answers.iter().filter(|answer| answer.is_void()).count();
+                if voids <= (answers.len() / 100).max(1) {
+                    LossOfConfinement::Allow
+                } else {
+                    LossOfConfinement::Fail
+                }
+            }
+        }
+    }
 }
 
 /// The states that an attempt starts from.
@@ -162,7 +182,7 @@ impl Attempt {
             .add(AskedWave::of(&wave, &policy.settings), &live_waves);
         let header = WaveHeader {
             from: committed.digest,
-            place: schedule.place,
+            place: schedule.place.clone(),
             cuts: schedule.cuts,
             solver: self.solver.state().clone(),
             asked: self.asked.clone(),
@@ -260,6 +280,7 @@ impl Attempt {
         committed: Committed<'_>,
         policy: &TaskPolicy,
     ) -> Vec<(GaussPointId, String)> {
+        let voids = policy.voids(answers);
         let lack = |answer: &PointAnswer| {
             let place = answer.point.index();
             let base = match self.wave.base {
@@ -272,7 +293,7 @@ impl Attempt {
             };
             let (_, gradient) = self.wave.points.get(place)?;
             let tolerance = policy.settings.tolerance;
-            let why = answer.lack(policy.voids, contacts, gradient, tolerance)?;
+            let why = answer.lack(voids, contacts, gradient, tolerance)?;
             Some((answer.point, why.to_string()))
         };
         answers.iter().filter_map(lack).collect()

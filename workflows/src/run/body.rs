@@ -6,6 +6,7 @@ use engine::{Cause, Finished, GraphHandle, NodeId, TaskOutcome, thread_cpu_time}
 use solver_fem::{
     ConstitutiveResponse, GaussPointId,
     newton::{FailureReason, MacroState, Request, StepFailure, StepOutcome, StepSettings},
+    post,
 };
 use store::{Digest, Frame, FrameId, Role, Seal, StepIndex};
 
@@ -17,9 +18,9 @@ use super::{
     error::RunError,
     failed_task::{self, Meaning},
     frames::{self, COST, MACRO, POINT, PROGRESS},
-    model::{self, Model},
+    model::Model,
     point::PointState,
-    schedule::{Interval, Schedule},
+    schedule::{Interval, Reached, Schedule},
     summary::StepSummary,
     work::{Done, Job, JobError},
 };
@@ -116,10 +117,13 @@ impl BodySteps {
         };
         let opened = Attempt::open(journal, &self.model.problem, committed)?;
         if let Opened::TakenUp { place, cuts, .. } = &opened {
-            self.schedule.place = *place;
+            self.schedule.place = place.clone();
             self.schedule.cuts = *cuts;
         }
-        let Some(interval) = self.schedule.next() else {
+        let Some(interval) = self.schedule.next(&BodyReached {
+            model: &self.model,
+            state: &self.state,
+        }) else {
             core.ending = Some(Ending::Completed);
             return Ok(());
         };
@@ -215,9 +219,10 @@ impl BodySteps {
                 points: &self.points,
             };
             attempt.lacking = attempt.lacks(&answers, committed, &self.policy);
+            let voids = self.policy.voids(&answers);
             let responses: Vec<ConstitutiveResponse<2>> = answers
                 .iter()
-                .map(|answer| answer.response(self.policy.voids))
+                .map(|answer| answer.response(voids))
                 .collect();
             let request = attempt.solver.advance(&responses);
             if let Some(sweep) = attempt.solver.sweeps().last() {
@@ -323,11 +328,17 @@ impl BodySteps {
             .ok_or_else(|| RunError::Engine(format!("wave {} is gone", outcome.wave)))?;
         let cuts = self.schedule.cuts;
         self.schedule.accept(outcome.sweeps.len());
+        let reached = BodyReached {
+            model: &self.model,
+            state: &outcome.state,
+        };
+        let ended = self.schedule.stop(&reached);
         let summary = StepSummary {
             increment: interval.increment,
             stage: interval.stage,
             position: interval.part.1,
-            loads: interval.to,
+            loads: outcome.state.loads.clone(),
+            ended: ended.unwrap_or_default(),
             sweeps: outcome.sweeps.clone(),
             cuts,
             work: outcome.work,
@@ -357,7 +368,7 @@ impl BodySteps {
             extra,
             summary: frames::encode(&summary),
         };
-        let next = self.schedule.next();
+        let next = self.schedule.next(&reached);
         let (committed, ahead) = beside(
             || {
                 let begun = thread_cpu_time();
@@ -384,7 +395,38 @@ impl BodySteps {
             loosely_accepted: summary.loosely_accepted,
         };
         core.step_committed(self.step, &committed, &summary, &line);
+        if !summary.ended.is_empty() {
+            let StepSummary { stage, ended, .. } = &summary;
+            core.progress
+                .note(&format!("stage `{stage}` ends: {ended}"));
+        }
         Ok(())
+    }
+}
+
+/// A committed state of a body, as the programme asks for it.
+struct BodyReached<'a> {
+    model: &'a Model,
+    state: &'a MacroState<2>,
+}
+
+impl Reached for BodyReached<'_> {
+    fn loads(&self) -> &[f64] {
+        &self.state.loads
+    }
+
+    fn expansion(&self, boundary: &str) -> f64 {
+        let cavity = self.model.problem.cavity(boundary);
+        // Every boundary that the programme names was measured when the run was set up.
+        cavity.map_or(f64::NAN, |cavity| cavity.expansion(&self.state.coordinates))
+    }
+
+    fn shear_strain(&self) -> f64 {
+        let gradients = post::deformation_gradients(&self.model.problem, &self.state.coordinates);
+        let strains = gradients
+            .iter()
+            .map(|f| post::second_invariant(&post::logarithmic(f)));
+        strains.fold(0.0, f64::max)
     }
 }
 
@@ -399,7 +441,7 @@ pub fn policy(solver: &SolverSettings, settings: solver_dem::Settings) -> TaskPo
     let limit = solver.task_time_limit.max(1.0);
     TaskPolicy {
         settings,
-        voids: model::voids(solver),
+        loss_of_confinement: solver.loss_of_confinement,
         retry: engine::RetryPolicy::attempts(attempts),
         time_limit: Duration::try_from_secs_f64(limit).unwrap_or(Duration::MAX),
     }

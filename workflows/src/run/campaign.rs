@@ -9,7 +9,7 @@ use super::{
     attempt::TaskPolicy,
     body::{BodyStart, BodySteps},
     core::{Core, Ending},
-    element_test::{TestState, TestSteps},
+    element_test::{TestReached, TestState, TestSteps},
     error::RunError,
     frames::{self, DEAL, MACRO, PACKING, PROGRESS, decode},
     model::{self, Model},
@@ -70,7 +70,7 @@ impl<'a> Campaign<'a> {
 
     fn schedule(&self) -> Schedule {
         let control = model::step_control(&self.problem.solver);
-        Schedule::new(&self.problem.programme, control)
+        Schedule::new(self.problem, control)
     }
 
     fn prepare(&mut self, graph: &mut GraphHandle<Job>) -> Result<(), RunError> {
@@ -143,13 +143,14 @@ impl<'a> Campaign<'a> {
             (InputModel::ElementTest(test), _) => {
                 let state = TestState::initial(packings[0].stress);
                 extra.push(frames::content(MACRO, 0, &state));
+                let reached = TestReached { state, loads };
                 journal.commit(seal(extra), |_| false)?;
                 let steps = TestSteps::new(
                     test.clone(),
                     self.policy,
                     schedule,
                     0,
-                    state,
+                    reached,
                     Arc::clone(&states[0]),
                 );
                 self.step_test(steps, graph)
@@ -166,7 +167,7 @@ impl<'a> Campaign<'a> {
         let macro_id = store::FrameId::new(MACRO, 0);
         let place: Place = decode(progress_id, &reader.frame(progress_id)?)?;
         let control = model::step_control(&self.problem.solver);
-        let schedule = Schedule::at(&self.problem.programme, control, place);
+        let schedule = Schedule::at(self.problem, control, place);
         match &self.problem.model {
             InputModel::Body(body) => {
                 let loads = self.problem.loads.len();
@@ -181,13 +182,18 @@ impl<'a> Campaign<'a> {
                 self.step_body(model, schedule, start, graph)
             }
             InputModel::ElementTest(test) => {
-                let state = decode(macro_id, &reader.frame(macro_id)?)?;
+                let summary: StepSummary = rmp_serde::from_slice(&reader.summary()?)
+                    .map_err(|error| RunError::Manifest(error.to_string()))?;
+                let reached = TestReached {
+                    state: decode(macro_id, &reader.frame(macro_id)?)?,
+                    loads: summary.loads,
+                };
                 let steps = TestSteps::new(
                     test.clone(),
                     self.policy,
                     schedule,
                     step.0,
-                    state,
+                    reached,
                     Arc::clone(&states[0]),
                 );
                 self.step_test(steps, graph)

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use engine::{Finished, GraphHandle, NodeId, TaskOutcome, TaskSpec};
 use serde::{Deserialize, Serialize};
 use solver_dem::{Component, Control, Method, tensor};
-use solver_fem::{GaussPointId, Tensor2};
+use solver_fem::{GaussPointId, Tensor2, post};
 use store::{Seal, StepIndex};
 
 use super::{
@@ -15,7 +15,7 @@ use super::{
     failed_task::{self, Meaning},
     frames::{self, MACRO, PROGRESS},
     point::PointState,
-    schedule::{Interval, Schedule},
+    schedule::{Interval, Reached, Schedule},
     summary::StepSummary,
     work::{Done, DriveJob, Driven, Job},
 };
@@ -43,13 +43,36 @@ impl TestState {
     }
 }
 
+/// The committed state of an element test, as the programme asks for it.
+pub struct TestReached {
+    /// F and stress.
+    pub state: TestState,
+    /// Values of the loads.
+    pub loads: Vec<f64>,
+}
+
+impl Reached for TestReached {
+    fn loads(&self) -> &[f64] {
+        &self.loads
+    }
+
+    /// It has none, and its input cannot ask for one.
+    fn expansion(&self, _boundary: &str) -> f64 {
+        f64::NAN
+    }
+
+    fn shear_strain(&self) -> f64 {
+        post::second_invariant(&post::logarithmic(&self.state.gradient))
+    }
+}
+
 /// An element test on its way.
 pub struct TestSteps {
     test: ElementTest,
     policy: TaskPolicy,
     schedule: Schedule,
     step: u32,
-    state: TestState,
+    reached: TestReached,
     point: Arc<PointState>,
     interval: Option<Interval>,
     waiting: Option<NodeId>,
@@ -65,7 +88,7 @@ impl TestSteps {
         policy: TaskPolicy,
         schedule: Schedule,
         step: u32,
-        state: TestState,
+        reached: TestReached,
         point: Arc<PointState>,
     ) -> Self {
         Self {
@@ -73,7 +96,7 @@ impl TestSteps {
             policy,
             schedule,
             step,
-            state,
+            reached,
             point,
             interval: None,
             waiting: None,
@@ -88,7 +111,7 @@ impl TestSteps {
         core: &mut Core<'_>,
         graph: &mut GraphHandle<Job>,
     ) -> Result<(), RunError> {
-        let Some(interval) = self.schedule.next() else {
+        let Some(interval) = self.schedule.next(&self.reached) else {
             core.ending = Some(Ending::Completed);
             return Ok(());
         };
@@ -99,7 +122,7 @@ impl TestSteps {
         core.step_started(self.step + 1, &interval, self.schedule.increments());
         let job = Job::Drive(DriveJob {
             base: Arc::clone(&self.point),
-            from: self.state.gradient,
+            from: self.reached.state.gradient,
             control: control(&self.test, &interval.to),
             method: Method::ReturnMapping,
             settings: self.policy.settings,
@@ -172,15 +195,20 @@ impl TestSteps {
         let journal = core.store.journal(core.run, StepIndex(self.step + 1))?;
         let cuts = self.schedule.cuts;
         self.schedule.accept(1);
-        self.state = TestState {
-            gradient: driven.gradient,
-            stress: driven.stress,
+        self.reached = TestReached {
+            state: TestState {
+                gradient: driven.gradient,
+                stress: driven.stress,
+            },
+            loads: interval.to.clone(),
         };
+        let ended = self.schedule.stop(&self.reached);
         let summary = StepSummary {
             increment: interval.increment,
             stage: interval.stage,
             position: interval.part.1,
             loads: interval.to,
+            ended: ended.unwrap_or_default(),
             residual: driven.report.residual,
             cuts,
             wall_s: self.begun.map_or(0.0, |begun| core.seconds(&begun)),
@@ -190,7 +218,7 @@ impl TestSteps {
             final_wave: None,
             extra: vec![
                 frames::point_frame(GaussPointId(0), &driven.state),
-                frames::content(MACRO, 0, &self.state),
+                frames::content(MACRO, 0, &self.reached.state),
                 frames::content(PROGRESS, 0, &self.schedule.place),
             ],
             summary: frames::encode(&summary),
@@ -207,6 +235,11 @@ impl TestSteps {
             loosely_accepted: summary.loosely_accepted,
         };
         core.step_committed(self.step, &committed, &summary, &line);
+        if !summary.ended.is_empty() {
+            let StepSummary { stage, ended, .. } = &summary;
+            core.progress
+                .note(&format!("stage `{stage}` ends: {ended}"));
+        }
         Ok(())
     }
 }

@@ -14,7 +14,7 @@ use solver_fem::{
 
 use super::error::RunError;
 use crate::input::{
-    self, Element, Sector, SolverSettings,
+    self, Element, Programme, Sector, SolverSettings,
     problem::{Amount, Body, ConditionKind, Law, Material, Selection},
 };
 use crate::output::vtu::CellKind;
@@ -59,6 +59,18 @@ impl Model {
             problem: Arc::new(problem),
             materials,
             element: body.mesh.element(),
+        })
+    }
+
+    /// Whether every volume that a programme asks for can be measured.
+    ///
+    /// # Errors
+    /// The first that cannot.
+    pub fn check(&self, programme: &Programme) -> Result<(), RunError> {
+        let mut boundaries = programme.cavities();
+        boundaries.try_for_each(|boundary| {
+            let cavity = self.problem.cavity(boundary).map(|_| ());
+            cavity.map_err(|error| RunError::Model(format!("measure a volume: {error}")))
         })
     }
 
@@ -252,7 +264,7 @@ pub fn step_control(solver: &SolverSettings) -> StepControlSettings {
 }
 
 /// How a REV is solved in the iterations of a body: it answers also where it gives way or does not come to rest, so that the
-/// body can go on to where it does. What a step may end with is another matter, see [`voids`].
+/// body can go on to where it does. What a step may end with is another matter, see [`TaskPolicy::voids`](super::attempt::TaskPolicy::voids).
 pub fn iterate_settings(solver: &SolverSettings) -> solver_dem::Settings {
     solver_dem::Settings {
         loss_of_confinement: solver_dem::LossOfConfinement::Allow,
@@ -261,17 +273,14 @@ pub fn iterate_settings(solver: &SolverSettings) -> solver_dem::Settings {
     }
 }
 
-/// Whether a load step may end with REVs that have lost all their contacts.
-pub fn voids(solver: &SolverSettings) -> solver_dem::LossOfConfinement {
-    rev_settings(solver).loss_of_confinement
-}
-
 /// How a REV is solved.
 pub fn rev_settings(solver: &SolverSettings) -> solver_dem::Settings {
     solver_dem::Settings {
         tolerance: solver.rev_tolerance,
         loss_of_confinement: match solver.loss_of_confinement {
-            input::LossOfConfinement::Fail => solver_dem::LossOfConfinement::Fail,
+            input::LossOfConfinement::Fail | input::LossOfConfinement::Isolated => {
+                solver_dem::LossOfConfinement::Fail
+            }
             input::LossOfConfinement::Allow => solver_dem::LossOfConfinement::Allow,
         },
         ..solver_dem::Settings::default()

@@ -20,6 +20,7 @@ pub fn notes(problem: &Problem) -> Result<Vec<String>, RunError> {
         return Ok(Vec::new());
     };
     let model = Model::new(body, problem.loads.len())?;
+    model.check(&problem.programme)?;
     let mut notes = empty_regions(body, &model);
     notes.extend(out_of_balance(problem, body, &model)?);
     Ok(notes)

@@ -100,6 +100,7 @@ impl Plan {
         match &problem.model {
             InputModel::Body(body) => {
                 let model = Model::to_solve(body, problem.loads.len(), &problem.solver)?;
+                model.check(&problem.programme)?;
                 let materials: Vec<&Material> = model
                     .materials
                     .iter()

@@ -171,6 +171,13 @@ pub fn with_state(rev: &PlaneRev, state: RevState<2, 1>) -> PlaneRev {
 }
 
 impl PointAnswer {
+    /// Whether no grain touches another.
+    pub fn is_void(&self) -> bool {
+        self.report
+            .as_ref()
+            .is_some_and(|report| report.contacts == 0)
+    }
+
     /// Why a load step may not end with this answer, where it may not; `contacts` and `gradient` are those of the base and
     /// from the base.
     pub fn lack(

@@ -1,17 +1,27 @@
 //! Where a run is in its load programme.
 
 use serde::{Deserialize, Serialize};
-use solver_fem::step_control::{StepControl, StepControlSettings, StepTooSmall};
+use solver_fem::{
+    newton::{Control, Path},
+    step_control::{StepControl, StepControlSettings, StepTooSmall},
+};
 
-use crate::input::{Programme, Step};
+use crate::input::{
+    Problem, Step,
+    programme::{Followed, Stop},
+};
 
 /// The place in the programme: stored with every commit, so that a resumed run takes the same steps.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Place {
     /// Increments that are done.
     pub increments: u64,
     /// Step size within the current one.
     pub control: StepControl,
+    /// Load values at the ends of the latest load steps of the present stage, newest last, as far as its end may depend on
+    /// them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub latest: Vec<Vec<f64>>,
 }
 
 impl Place {
@@ -34,7 +44,9 @@ pub struct Schedule {
     steps: Vec<Step>,
     /// Increments before the first of `steps`.
     offset: u64,
-    stages: Vec<String>,
+    stages: Vec<(String, Vec<Stop>)>,
+    /// Names of the loads.
+    loads: Vec<String>,
     /// The place, as of the last commit or cut.
     pub place: Place,
     /// Attempts at the present step that failed.
@@ -52,24 +64,39 @@ pub struct Interval {
     pub part: (f64, f64),
     /// Loads before.
     pub from: Vec<f64>,
-    /// Loads after.
+    /// Loads after; one that adapts begins its search there.
     pub to: Vec<f64>,
+    /// What is followed in place of a load.
+    pub control: Option<Control>,
+}
+
+/// What a load step may depend on beside the programme: the committed state.
+pub trait Reached {
+    /// Values of the loads.
+    fn loads(&self) -> &[f64];
+    /// V/V0 − 1 of the cavity behind a boundary.
+    fn expansion(&self, boundary: &str) -> f64;
+    /// Largest equivalent shear strain of a Gauss point.
+    fn shear_strain(&self) -> f64;
 }
 
 impl Schedule {
     /// The programme from its beginning, where it has no past.
-    pub fn new(programme: &Programme, control: StepControlSettings) -> Self {
+    pub fn new(problem: &Problem, control: StepControlSettings) -> Self {
+        let programme = &problem.programme;
         Self {
+            loads: problem.loads.clone(),
             steps: programme.steps(),
             offset: programme.offset(),
             stages: programme
                 .stages
                 .iter()
-                .map(|stage| stage.name.clone())
+                .map(|stage| (stage.name.clone(), stage.until.clone()))
                 .collect(),
             place: Place {
                 increments: 0,
                 control: StepControl::new(control),
+                latest: Vec::new(),
             },
             cuts: 0,
         }
@@ -77,8 +104,8 @@ impl Schedule {
 
     /// The programme at a stored place. A place in the past of the programme is that of the step which it takes up: what
     /// was left of the increment there is given up. Step-size control follows the given settings.
-    pub fn at(programme: &Programme, control: StepControlSettings, place: Place) -> Self {
-        let mut schedule = Self::new(programme, control);
+    pub fn at(problem: &Problem, control: StepControlSettings, place: Place) -> Self {
+        let mut schedule = Self::new(problem, control);
         schedule.place = Place {
             control: place.control.with_settings(control),
             ..place
@@ -100,29 +127,117 @@ impl Schedule {
     }
 
     /// The next load step; `None` at the end of the programme.
-    pub fn next(&mut self) -> Option<Interval> {
+    ///
+    /// A load whose value is not known beforehand goes from where it is towards its target: over the part b − a of the
+    /// present increment, n increments being left of the way, by (b − a)/(n − a) of the distance. So does a volume.
+    pub fn next(&mut self, now: &impl Reached) -> Option<Interval> {
         let part = match self.place.control.interval() {
             Some(part) => part,
             None => {
+                let before = self.step().map(|step| step.stage);
                 self.place.increments += 1;
                 self.place.control.next_increment();
+                if self.step().map(|step| step.stage) != before {
+                    self.place.latest.clear();
+                }
                 self.place.control.interval()?
             }
         };
-        let index = self.place.increments.checked_sub(self.offset)?;
-        let step = self.steps.get(usize::try_from(index).ok()?)?;
-        let at = |x: f64| -> Vec<f64> {
-            let ends = step.from.iter().zip(&step.to);
-            ends.map(|(a, b)| if x >= 1.0 { *b } else { a + (b - a) * x })
-                .collect()
+        let step = self.step()?;
+        let (a, b) = part;
+        let towards = |value: f64, target: f64| {
+            if step.left == 1 && b >= 1.0 {
+                target
+            } else {
+                value + (target - value) * (b - a) / (f64::from(step.left) - a)
+            }
         };
+        let planned = |load: usize, x: f64| -> Option<f64> {
+            let (from, to) = ((*step.from.get(load)?)?, (*step.to.get(load)?)?);
+            Some(if x >= 1.0 { to } else { from + (to - from) * x })
+        };
+        let values = now.loads().iter().copied().enumerate();
+        let from = values
+            .clone()
+            .map(|(k, value)| planned(k, a).unwrap_or(value));
+        let from: Vec<f64> = from.collect();
+        let to = values.map(|(k, value)| {
+            let target = step.way.targets.iter().find(|(load, _)| *load == k);
+            planned(k, b)
+                .unwrap_or_else(|| target.map_or(value, |(_, target)| towards(value, *target)))
+        });
+        let control = step.way.control.as_ref().map(|control| Control {
+            load: control.load,
+            path: match &control.path {
+                Followed::Volume { boundary, to } => Path::Expansion {
+                    boundary: boundary.clone(),
+                    to: towards(now.expansion(boundary), *to),
+                },
+                Followed::ArcLength { length, sense } => Path::ArcLength {
+                    length: length * (b - a) / f64::from(step.of),
+                    sense: *sense,
+                },
+            },
+        });
         Some(Interval {
             increment: step.index,
-            stage: self.stages.get(step.stage).cloned().unwrap_or_default(),
+            stage: self
+                .stage(step)
+                .map(|(name, _)| name.clone())
+                .unwrap_or_default(),
             part,
-            from: at(part.0),
-            to: at(part.1),
+            from,
+            to: to.collect(),
+            control,
         })
+    }
+
+    /// The present increment of the programme.
+    fn step(&self) -> Option<&Step> {
+        let index = self.place.increments.checked_sub(self.offset)?;
+        self.steps.get(usize::try_from(index).ok()?)
+    }
+
+    fn stage(&self, step: &Step) -> Option<&(String, Vec<Stop>)> {
+        self.stages.get(step.stage)
+    }
+
+    /// Ends the present stage where one of its conditions is met, the step before being committed and accepted; returns
+    /// which one, in words.
+    pub fn stop(&mut self, now: &impl Reached) -> Option<String> {
+        let step = self.step()?;
+        let (number, (_, until)) = (step.stage, self.stage(step)?);
+        let until = until.clone();
+        if let Some(longest) = until.iter().filter_map(Stop::steps).max() {
+            self.place.latest.push(now.loads().to_vec());
+            let surplus = self.place.latest.len().saturating_sub(longest as usize + 1);
+            self.place.latest.drain(..surplus);
+        }
+        let stop = until.into_iter().find(|stop| self.is_met(stop, now))?;
+        let last = self.steps.iter().rposition(|step| step.stage == number)?;
+        self.place.increments = self.offset + last as u64;
+        self.place.control.end_increment();
+        Some(stop.words(&self.loads))
+    }
+
+    fn is_met(&self, stop: &Stop, now: &impl Reached) -> bool {
+        match stop {
+            Stop::Load(load, bound) => now
+                .loads()
+                .get(*load)
+                .is_some_and(|value| bound.holds(*value)),
+            Stop::Volume(boundary, bound) => bound.holds(now.expansion(boundary)),
+            Stop::ShearStrain(most) => now.shear_strain() > *most,
+            Stop::Settled { load, within, over } => {
+                let latest = &self.place.latest;
+                let before = latest.len().checked_sub(*over as usize + 1);
+                let before = before.and_then(|at| latest.get(at)?.get(*load));
+                let value = now.loads().get(*load);
+                before
+                    .zip(value)
+                    .is_some_and(|(before, value)| (value - before).abs() <= within * value.abs())
+            }
+        }
     }
 
     /// The step is solved in this number of sweeps.

@@ -41,6 +41,9 @@ pub struct StepSummary {
     /// Gauss points whose grains do not touch at its end.
     #[serde(default)]
     pub voids: u32,
+    /// Why its stage ended with it before the last increment; empty where it did not.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub ended: String,
 }
 
 impl StepSummary {

@@ -17,7 +17,7 @@ use crate::input::path::Path;
 use crate::input::problem::Problem;
 use crate::input::programme::Programme;
 use crate::input::report::Report;
-use crate::input::resolve::{Loads, Reader, check_solver, read_programme};
+use crate::input::resolve::{Loads, Reader, Subject, check_solver, read_programme};
 use crate::input::schema;
 
 /// The run that `layers` ask for, one of each source, the later ones over the earlier.
@@ -213,7 +213,8 @@ fn merged<T: Serialize + DeserializeOwned>(
 /// The stages at `programme`, from the values that the loads have at the step.
 fn programme(reader: &mut Reader<'_, '_>, junction: &Junction<'_>) -> Option<Programme> {
     let mut loads = Loads::given(&junction.problem.loads, junction.loads);
-    let programme = read_programme(reader, &mut loads)?;
+    let subject = Subject::of(&junction.problem.model);
+    let programme = read_programme(reader, &mut loads, Some(&subject))?;
     Some(Programme {
         past: junction.past.to_vec(),
         ..programme

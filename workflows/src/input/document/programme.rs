@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// One stage of loading: exactly one of `ramp`, `hold`, `cycle`. Loads that it does not name keep their value.
+/// One stage of loading: exactly one of `ramp`, `hold`, `cycle`, `control`. Loads that it does not name keep their value.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Stage {
@@ -18,12 +18,69 @@ pub struct Stage {
     /// Bring each of these loads to the first value and then to the second, `times` times, each way in `steps` equal
     /// increments.
     pub cycle: Option<BTreeMap<String, [f64; 2]>>,
+    /// Follow the volume of a cavity or the length of the deformation's path, while a load adapts: through limit loads,
+    /// where no value of the load could be given beforehand.
+    pub control: Option<Control>,
     /// Number of load steps of the ramp, of the hold, or of each way of the cycle.
     #[schemars(range(min = 1, max = 100_000))]
     pub steps: u32,
     /// Number of cycles; 1 where it is left out.
     #[schemars(range(min = 1, max = 100_000))]
     pub times: Option<u32>,
+    /// End the stage before its last load step where one of these is met; the next stage begins, or the run is complete.
+    #[serde(default)]
+    pub until: Vec<Until>,
+}
+
+/// What is followed while a load adapts: exactly one of `volume`, `arc_length`.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Control {
+    /// The load that adapts: its value is found in every load step.
+    pub load: String,
+    /// The boundary of a cavity and the expansion V/V0 − 1 that it is brought to, as in `{ inner: 0.5 }`.
+    pub volume: Option<BTreeMap<String, f64>>,
+    /// Length of the path over the whole stage: each load step moves the nodes by `arc_length`/`steps` (root mean square).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub arc_length: Option<f64>,
+    /// With `arc_length`: whether the load rises or falls in the first load step. Later ones go on in the direction of
+    /// the deformation.
+    pub at_first: Option<Sense>,
+}
+
+/// A direction of change.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Sense {
+    /// The value grows.
+    Rising,
+    /// The value falls.
+    Falling,
+}
+
+/// What ends a stage: exactly one of `load`, `volume`, `shear_strain`, `settled`.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Until {
+    /// This load is `above` or `below` a value.
+    pub load: Option<String>,
+    /// V/V0 − 1 of the cavity behind this boundary is `above` or `below` a value.
+    pub volume: Option<String>,
+    /// The equivalent shear strain of some Gauss point is above this value.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub shear_strain: Option<f64>,
+    /// This load has come to a limit: it changed by less than `within` of its value over the last `over` load steps.
+    pub settled: Option<String>,
+    /// For `load` and `volume`.
+    pub above: Option<f64>,
+    /// For `load` and `volume`.
+    pub below: Option<f64>,
+    /// For `settled`: a part of the value, as 0.01.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub within: Option<f64>,
+    /// For `settled`: a number of load steps.
+    #[schemars(range(min = 1, max = 100_000))]
+    pub over: Option<u32>,
 }
 
 /// A hold has no settings: `{}`.

@@ -6,6 +6,7 @@
 
 mod conditions;
 mod element_test;
+mod follow;
 mod loads;
 mod materials;
 mod mesh;
@@ -18,6 +19,7 @@ mod second_gradient;
 use std::collections::BTreeSet;
 use std::path::Path as FilePath;
 
+pub use self::follow::Subject;
 pub use self::loads::Loads;
 use self::materials::Materials;
 pub use self::programme::read as read_programme;
@@ -41,7 +43,8 @@ pub fn resolve(
     let mut loads = Loads::read(&mut reader);
     let materials = Materials::read(&mut reader, base);
     let model = model(&mut reader, &mut loads, &materials, base);
-    let programme = programme::read(&mut reader, &mut loads);
+    let subject = model.as_ref().map(Subject::of);
+    let programme = programme::read(&mut reader, &mut loads, subject.as_ref());
     let solver: Option<SolverSettings> = reader.optional(&root.key("solver"));
     if let Some(solver) = &solver {
         check_solver(&mut reader, solver);

@@ -1,5 +1,6 @@
 //! The programme: stages of one kind each, on loads that exist.
 
+use super::follow::{self, Subject};
 use super::loads::Loads;
 use super::read::Reader;
 use crate::input::document;
@@ -7,13 +8,17 @@ use crate::input::path::Path;
 use crate::input::programme::{MOST_STEPS, Programme, Stage, Way};
 use crate::input::report::list;
 
-/// Reads the programme.
-pub fn read(reader: &mut Reader<'_, '_>, loads: &mut Loads) -> Option<Programme> {
+/// Reads the programme of what `subject` is; `None` where that could not be read.
+pub fn read(
+    reader: &mut Reader<'_, '_>,
+    loads: &mut Loads,
+    subject: Option<&Subject>,
+) -> Option<Programme> {
     let section = Path::root().key("programme");
     let mut seen: Vec<String> = Vec::new();
     let mut stages = Some(Vec::new());
     for index in 0..reader.count(&section) {
-        let stage = stage(reader, &section.index(index), loads, &mut seen);
+        let stage = stage(reader, &section.index(index), loads, subject, &mut seen);
         stages = stages.zip(stage).map(|(mut stages, stage)| {
             stages.push(stage);
             stages
@@ -38,6 +43,7 @@ fn stage(
     reader: &mut Reader<'_, '_>,
     path: &Path,
     loads: &mut Loads,
+    subject: Option<&Subject>,
     seen: &mut Vec<String>,
 ) -> Option<Stage> {
     // The name is looked at even where the rest of the stage is wrong.
@@ -54,16 +60,33 @@ fn stage(
         seen.push(name.clone());
     }
     let written: document::Stage = reader.required(path)?;
-    let ways = match (&written.ramp, &written.hold, &written.cycle) {
-        (Some(ramp), None, None) => {
+    let kinds = (
+        &written.ramp,
+        &written.hold,
+        &written.cycle,
+        &written.control,
+    );
+    let ways = match kinds {
+        (Some(ramp), None, None, None) => {
             let path = path.key("ramp");
             let targets = ramp.iter().map(|(load, value)| (load.as_str(), *value));
             way(reader, &path, loads, targets).map(|way| vec![way])
         }
-        (None, Some(_), None) => Some(vec![Way {
+        (None, Some(_), None, None) => Some(vec![Way {
             targets: Vec::new(),
+            control: None,
         }]),
-        (None, None, Some(cycle)) => {
+        (None, None, None, Some(control)) => {
+            let path = path.key("control");
+            let control = follow::control(reader, &path, control, loads, subject);
+            control.map(|control| {
+                vec![Way {
+                    targets: Vec::new(),
+                    control: Some(control),
+                }]
+            })
+        }
+        (None, None, Some(cycle), None) => {
             let path = path.key("cycle");
             let there = way(
                 reader,
@@ -77,6 +100,7 @@ fn stage(
                 .map(|((_, value), (load, _))| (*load, value[1]));
             let back = Way {
                 targets: targets.collect(),
+                control: None,
             };
             Some(vec![there, back])
         }
@@ -85,6 +109,7 @@ fn stage(
                 ("ramp", written.ramp.is_some()),
                 ("hold", written.hold.is_some()),
                 ("cycle", written.cycle.is_some()),
+                ("control", written.control.is_some()),
             ];
             let given: Vec<&str> = given
                 .into_iter()
@@ -100,7 +125,7 @@ fn stage(
                     list(several.iter().copied())
                 ),
             };
-            let help = "write exactly one of `ramp: { load: value }`, `hold: {}`, `cycle: { load: [value, value] }`";
+            let help = "write exactly one of `ramp: { load: value }`, `hold: {}`, `cycle: { load: [value, value] }`, `control: { load: …, volume: … }`";
             reader.report.at(path, message, help.to_owned());
             None
         }
@@ -113,8 +138,10 @@ fn stage(
             "remove it, or write `cycle` for `ramp`".to_owned(),
         );
     }
+    let until = follow::until(reader, &path.key("until"), &written.until, loads, subject);
     Some(Stage {
         name: written.name,
+        until: until?,
         ways: ways?,
         times: written.times.unwrap_or(1),
         steps: written.steps,
@@ -142,5 +169,8 @@ fn way<'a>(
             .report
             .at(path, format!("`{path}` names no load"), help.to_owned());
     }
-    (found.len() == count && count > 0).then_some(Way { targets: found })
+    (found.len() == count && count > 0).then_some(Way {
+        targets: found,
+        control: None,
+    })
 }

@@ -1,6 +1,10 @@
 //! The curves of a body: one row a committed step.
 
-use solver_fem::{boundary::Target, newton::MacroState, post};
+use solver_fem::{
+    boundary::{Cavity, Target},
+    newton::MacroState,
+    post,
+};
 
 use super::{ExportError, body::BodyResults, place_columns, place_values, places};
 use crate::{
@@ -17,6 +21,8 @@ pub struct Curves<'a> {
     results: &'a BodyResults<'a>,
     run: &'a RunView,
     places: Vec<(String, Target)>,
+    /// Cavities by the boundary that encloses them.
+    cavities: Vec<Cavity<2>>,
     initial_volume: f64,
     table: Table,
 }
@@ -41,6 +47,19 @@ impl<'a> Curves<'a> {
                     "force per thickness",
                     meaning,
                 ));
+            }
+        }
+        let mut cavities = Vec::new();
+        for (name, target) in &places {
+            // Most boundaries enclose nothing.
+            if let Target::Boundary(boundary) = target
+                && let Ok(cavity) = results.model.problem.cavity(boundary)
+            {
+                let meaning = format!(
+                    "volume enclosed by `{name}` over its initial one − 1, that of the whole cavity or of the part in the mesh alike"
+                );
+                columns.push(Column::new(format!("expansion_{name}"), "", meaning));
+                cavities.push(cavity);
             }
         }
         columns.extend([
@@ -100,6 +119,7 @@ impl<'a> Curves<'a> {
             results,
             run,
             places,
+            cavities,
             initial_volume: f64::NAN,
             table,
         }
@@ -118,6 +138,8 @@ impl<'a> Curves<'a> {
             ));
             row.extend(post::boundary_force(problem, target, &state.reactions));
         }
+        let cavities = self.cavities.iter();
+        row.extend(cavities.map(|cavity| cavity.expansion(&state.coordinates)));
         let volumes = |coordinates: &[f64]| {
             let volumes = problem.gauss_point_volumes(coordinates);
             volumes.map_err(|error| RunError::State(error.to_string()))

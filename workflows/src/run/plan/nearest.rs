@@ -71,10 +71,19 @@ fn shared_steps(problem: &Problem, run: &RunView) -> u32 {
         problem.programme.steps(),
         run.manifest.problem.programme.steps(),
     );
-    let equal = |(a, b): (&f64, &f64)| (a - b).abs() <= 1e-9 * a.abs().max(b.abs());
+    let equal = |(a, b): (&Option<f64>, &Option<f64>)| match (a, b) {
+        (Some(a), Some(b)) => (a - b).abs() <= 1e-9 * a.abs().max(b.abs()),
+        (None, None) => true,
+        _ => false,
+    };
     let pairs = ours.iter().zip(&theirs);
     let same = pairs
-        .take_while(|(a, b)| a.to.iter().zip(&b.to).all(equal))
+        .take_while(|(a, b)| {
+            // Where a value is found on the way, it is the same where the way is.
+            let found = a.to.contains(&None);
+            a.to.iter().zip(&b.to).all(equal)
+                && (!found || (&a.way, a.left, a.of) == (&b.way, b.left, b.of))
+        })
         .count();
     let within = |step: &&StepView| step.reached() <= same as f64;
     run.steps
