@@ -197,7 +197,7 @@ fn steps(text: &str) -> f64 {
 }
 
 fn is_stage(line: &str) -> bool {
-    ["ramp:", "cycle:", "hold:"]
+    ["ramp:", "cycle:", "hold:", "control:"]
         .iter()
         .any(|kind| line.contains(kind))
         && !line.trim_start().starts_with('#')
@@ -224,10 +224,13 @@ fn shortened(line: &str, share: f64, initial: &BTreeMap<String, f64>) -> String 
     }
     let mut line = with_numbers(line, "steps", |n| (n * share).round().max(1.0));
     line = with_numbers(&line, "times", |n| n.min(2.0));
-    let goes = ["ramp: {", "cycle: {"].iter().find_map(|kind| {
-        let start = line.find(kind)? + kind.len();
-        Some((start, start + line[start..].find('}')?))
-    });
+    line = with_numbers(&line, "arc_length", |n| n * share);
+    let goes = ["ramp: {", "cycle: {", "volume: {"]
+        .iter()
+        .find_map(|kind| {
+            let start = line.find(kind)? + kind.len();
+            Some((start, start + line[start..].find('}')?))
+        });
     let Some((start, end)) = goes else {
         return line;
     };
@@ -296,6 +299,10 @@ mod tests {
         let initial = BTreeMap::from([("cavity".to_owned(), 1.0)]);
         let line = "  - { name: unloading, ramp: { cavity: 0.5 }, steps: 40 }";
         let expected = "  - { name: unloading, ramp: { cavity: 0.75 }, steps: 20 }";
+        assert_eq!(shortened(line, 0.5, &initial), expected);
+        let line = "  - { name: i, control: { load: cavity, volume: { inner: 0.4 } }, steps: 6 }";
+        let expected =
+            "  - { name: i, control: { load: cavity, volume: { inner: 0.2 } }, steps: 3 }";
         assert_eq!(shortened(line, 0.5, &initial), expected);
         let line = "  - { name: c, cycle: { axial: [0.5, -1] }, times: 3, steps: 1 }";
         let expected = "  - { name: c, cycle: { axial: [0.25, -0.5] }, times: 2, steps: 1 }";

@@ -18,8 +18,8 @@ pub struct Place {
     pub increments: u64,
     /// Step size within the current one.
     pub control: StepControl,
-    /// Load values at the ends of the latest load steps of the present stage, newest last, as far as its end may depend on
-    /// them.
+    /// Load values at the beginning of the present stage and at the ends of its latest load steps, newest last, as far as
+    /// its end may depend on them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub latest: Vec<Vec<f64>>,
 }
@@ -143,6 +143,13 @@ impl Schedule {
                 self.place.control.interval()?
             }
         };
+        let looks_back = self
+            .step()
+            .and_then(|step| self.stage(step))
+            .is_some_and(|(_, until)| until.iter().any(|stop| stop.steps().is_some()));
+        if looks_back && self.place.latest.is_empty() {
+            self.place.latest.push(now.loads().to_vec());
+        }
         let step = self.step()?;
         let (a, b) = part;
         let towards = |value: f64, target: f64| {

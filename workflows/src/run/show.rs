@@ -460,6 +460,17 @@ fn steps(run: &RunView) -> String {
         return "  no load step is committed yet\n".to_owned();
     }
     let mut text = table.render("  ");
+    for step in run
+        .steps
+        .iter()
+        .filter(|step| !step.summary.ended.is_empty())
+    {
+        let (index, summary) = (step.record.index, &step.summary);
+        text.push_str(&format!(
+            "  stage `{}` ended with step {index}: {}\n",
+            summary.stage, summary.ended
+        ));
+    }
     if run.steps.iter().any(|step| step.summary.loosely_accepted) {
         let solver = &run.manifest.problem.solver;
         text.push_str(&format!(

@@ -150,6 +150,9 @@ fn heading(run: &RunView, step: &StepView) -> String {
         revs.affine_tangents
     );
     out.push_str(&without_equilibrium(revs));
+    if !summary.ended.is_empty() {
+        let _ = writeln!(out, "  stage      ended with this step: {}", summary.ended);
+    }
     if summary.voids > 0 {
         let voids = text::count(summary.voids as usize, "Gauss point");
         let _ = writeln!(out, "  voids      {voids} whose grains do not touch");
