@@ -63,6 +63,22 @@ pub struct Control {
     pub path: Followed,
 }
 
+impl Control {
+    /// What it says, `loads` being the names of the loads.
+    pub fn words(&self, loads: &[String]) -> String {
+        let name = loads.get(self.load).map_or("", String::as_str);
+        match &self.path {
+            Followed::Volume { boundary, to } => {
+                format!("{name} by the volume of {boundary} to {to}")
+            }
+            Followed::ArcLength { length, sense } => {
+                let sense = if *sense < 0.0 { "falling" } else { "rising" };
+                format!("{name} along a path of {length}, {sense} at first")
+            }
+        }
+    }
+}
+
 /// What a way may follow.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Followed {

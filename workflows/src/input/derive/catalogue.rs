@@ -104,9 +104,10 @@ fn stage_in_words(stage: &Stage, loads: &[String]) -> String {
                     format!("{name} to {value}")
                 })
                 .collect();
-            match targets.is_empty() {
-                true => "hold".to_owned(),
-                false => targets.join(" and "),
+            match &way.control {
+                Some(control) => control.words(loads),
+                None if targets.is_empty() => "hold".to_owned(),
+                None => targets.join(" and "),
             }
         })
         .collect();
@@ -114,8 +115,13 @@ fn stage_in_words(stage: &Stage, loads: &[String]) -> String {
         1 => String::new(),
         times => format!("{times} × "),
     };
+    let until: Vec<String> = stage.until.iter().map(|stop| stop.words(loads)).collect();
+    let until = match until.is_empty() {
+        true => String::new(),
+        false => format!(" until {}", until.join(" or ")),
+    };
     format!(
-        "{} ({times}{} in {})",
+        "{} ({times}{} in {}{until})",
         stage.name,
         ways.join(", "),
         stage.steps
