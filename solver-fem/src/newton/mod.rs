@@ -6,6 +6,7 @@
 
 mod control;
 mod correction;
+mod linearised;
 mod macro_state;
 mod plan;
 mod relaxation;
