@@ -317,7 +317,7 @@ fn a_step_accepted_loosely_says_so_and_commits_its_best_wave() {
         ..StepSettings::default()
     };
     let outcome = solve(&problem, &mut engine, &state, -2e-3, &settings).expect("loosely");
-    assert_eq!(outcome.sweeps.len(), 12 + 150);
+    assert_eq!(outcome.sweeps.len(), 12 + 300);
     let best = outcome
         .sweeps
         .iter()

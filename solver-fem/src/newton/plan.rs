@@ -3,7 +3,7 @@
 
 use super::correction::TangentChoice;
 use super::state::StepState;
-use super::{Phase, Strategy, TwoPhase};
+use super::{Phase, Strategy, SweepReport, TwoPhase};
 
 /// Where the next correction starts, and with which tangents.
 pub(super) struct Plan {
@@ -32,7 +32,7 @@ impl<const D: usize> StepState<D> {
             }
             Strategy::TwoPhase(settings) => settings,
         };
-        if sweeps >= settings.sweeps + settings.relaxation.sweeps {
+        if sweeps >= settings.sweeps + settings.relaxation.sweeps || self.is_at_rest_without_end() {
             return None;
         }
         if sweeps >= settings.sweeps {
@@ -69,6 +69,20 @@ impl<const D: usize> StepState<D> {
             choice,
             from,
         })
+    }
+
+    /// Whether forces have balanced for many sweeps around points that a step may not end with: nothing drives them any more.
+    fn is_at_rest_without_end(&self) -> bool {
+        /// A point that does not come to rest at first goes on from sweep to sweep, and may yet.
+        const PATIENCE: usize = 40;
+
+        let balanced = |sweep: &SweepReport| {
+            sweep.phase == Phase::Relaxation
+                && sweep.residual <= self.settings.force_tolerance
+                && sweep.provisional > 0
+        };
+        let latest = self.sweeps.iter().rev().take(PATIENCE);
+        latest.clone().count() == PATIENCE && latest.into_iter().all(balanced)
     }
 
     fn leaves_pure_phase(&self, settings: &TwoPhase, ratio: f64) -> bool {

@@ -25,7 +25,7 @@ use crate::problem::Problem;
 #[serde(deny_unknown_fields, default)]
 pub struct Relaxation {
     /// Sweeps of it before the step is given up; 0: none. A REV that gives way under its neighbours takes up to about 80
-    /// to come to rest again.
+    /// to come to rest again, a band that forms at once up to 130.
     pub sweeps: usize,
     /// Largest component of the strain of a sweep. 1e-3: up to there return mapping is right to 0.5 %.
     pub largest_strain: f64,
@@ -36,7 +36,7 @@ pub struct Relaxation {
 impl Default for Relaxation {
     fn default() -> Self {
         Relaxation {
-            sweeps: 150,
+            sweeps: 300,
             largest_strain: 1e-3,
             least_viscosity: 0.02,
         }

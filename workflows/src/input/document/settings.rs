@@ -54,7 +54,7 @@ impl Default for SolverSettings {
             displacement_tolerance: 1e-2,
             loosest_force_tolerance: 1e-2,
             iterations: 12,
-            relaxation_iterations: 150,
+            relaxation_iterations: 300,
             smallest_step: 1.0 / 64.0,
             step_growth: 1.25,
             linear_solver: LinearSolver::Multifrontal,
