@@ -82,6 +82,71 @@ fn the_element_test_path_is_written_out() {
 }
 
 #[test]
+fn the_boreholes_are_of_the_size_of_published_work() {
+    for (name, elements, modulus) in [
+        ("borehole.yaml", 400, None),
+        ("borehole-second-gradient.yaml", 1230, Some(5e-2)),
+    ] {
+        let Model::Body(body) = load(name).model else {
+            panic!("no body")
+        };
+        assert_eq!(body.mesh.element_count(), elements);
+        let found = body.second_gradient.map(|gradient| gradient.modulus);
+        assert_eq!(found, modulus, "{name}");
+    }
+}
+
+#[test]
+fn the_gallery_is_dug_under_a_far_stress_that_stays() {
+    let problem = load("gallery.yaml");
+    let Model::Body(body) = &problem.model else {
+        panic!("no body")
+    };
+    assert_eq!(body.mesh.element_count(), 384);
+    assert_eq!(problem.loads, ["vertical", "support"]);
+    // The far stress comes first and stays while the gallery is dug.
+    let steps = problem.programme.steps();
+    let (first, last) = (&steps[0], steps.last().unwrap());
+    assert_eq!(first.from, [1.0, 1.0]);
+    assert_eq!(last.to, [1.5, 0.3]);
+}
+
+#[test]
+fn the_principal_stresses_turn_at_constant_mean_stress_and_ratio() {
+    let problem = load("rev-rotation.yaml");
+    assert_eq!(problem.loads, ["sxx", "syy", "sxy"]);
+    let steps = problem.programme.steps();
+    let (approach, turns) = steps.split_at(20);
+    assert_eq!(approach[19].to, [-0.75, -1.25, 0.0]);
+    let mut angles = Vec::new();
+    for corner in turns.iter().skip(5).step_by(6) {
+        let [xx, yy, xy] = corner.to[..] else {
+            panic!("three loads")
+        };
+        let q = (0.5 * (xx - yy)).hypot(xy);
+        assert!((0.5 * (xx + yy) + 1.0).abs() < 1e-5 && (q - 0.25).abs() < 1e-5);
+        angles.push(xy.atan2(0.5 * (xx - yy)).rem_euclid(std::f64::consts::TAU));
+    }
+    assert_eq!(angles.len(), 48);
+    // Each side of the polygon turns the stress by 11.25°, twice as much on the circle.
+    for pair in angles.windows(2) {
+        let turned = (pair[1] - pair[0]).rem_euclid(std::f64::consts::TAU);
+        assert!((turned.to_degrees() - 22.5).abs() < 1e-2, "{turned}");
+    }
+}
+
+#[test]
+fn the_anisotropic_packing_is_free_to_shear_under_an_angle() {
+    let problem = load("rev-anisotropic.yaml");
+    let Model::ElementTest(test) = &problem.model else {
+        panic!("no element test")
+    };
+    assert_eq!(test.xx, Control::Stress(Amount::Constant(-1.0)));
+    assert_eq!(test.yy, Control::Strain(Amount::Load(0)));
+    assert_eq!(test.xy, Control::Stress(Amount::Constant(0.0)));
+}
+
+#[test]
 fn a_stored_problem_reads_back_the_same() {
     let problem = load("biaxial.yaml");
     let text = serde_json::to_string(&problem).unwrap();
