@@ -197,7 +197,7 @@ fn steps(text: &str) -> f64 {
 }
 
 fn is_stage(line: &str) -> bool {
-    ["ramp:", "cycle:", "hold:", "control:"]
+    ["ramp:", "cycle:", "hold:", "control: { load:"]
         .iter()
         .any(|kind| line.contains(kind))
         && !line.trim_start().starts_with('#')
