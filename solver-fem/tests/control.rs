@@ -4,7 +4,7 @@ mod common;
 
 use std::sync::Arc;
 
-use common::{at_rest, drive, elastic_answers, elastic_step, hold, node_at};
+use common::{at_rest, column, drive, elastic_answers, elastic_step, hold, node_at};
 use solver_fem::boundary::{CavityProblem, Condition, Value};
 use solver_fem::elastic::Elastic;
 use solver_fem::mesh::{Annulus, AnnulusExtent, Mesh, Rectangle};
@@ -247,18 +247,7 @@ struct Column {
 
 impl Column {
     fn new() -> Self {
-        let mesh = Mesh::rectangle(&Rectangle {
-            size: [1.0, 5.0],
-            elements: [1, 5],
-        });
-        let held = vec![
-            hold("bottom", 1),
-            hold("left", 0),
-            hold("right", 0),
-            drive("top", 1, 0),
-        ];
-        let problem = Problem::plane_strain(mesh.expect("sound"), held, 1).expect("sound");
-        let problem = Arc::new(problem);
+        let problem = column(5);
         let law = Elastic::new(YOUNG, 0.0).expect("stable");
         Column {
             state: at_rest(&problem, &law, &[0.0]),

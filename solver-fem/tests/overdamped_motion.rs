@@ -9,9 +9,7 @@ mod common;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use common::{drive, hold};
 use solver_fem::elastic::Elastic;
-use solver_fem::mesh::{Mesh, Rectangle};
 use solver_fem::newton::{
     FailureReason, MacroState, Phase, Relaxation, Request, StepFailure, StepOutcome, StepSettings,
     StepSolver, Strategy, TwoPhase,
@@ -61,18 +59,7 @@ struct Column {
 }
 
 fn column() -> Column {
-    let mesh = Mesh::rectangle(&Rectangle {
-        size: [1.0, 5.0],
-        elements: [1, 5],
-    })
-    .expect("sound");
-    let conditions = vec![
-        hold("bottom", 1),
-        hold("left", 0),
-        hold("right", 0),
-        drive("top", 1, 0),
-    ];
-    let problem = Arc::new(Problem::plane_strain(mesh, conditions, 1).expect("sound"));
+    let problem = common::column(5);
     let law = Elastic::new(YOUNG, 0.0).expect("stable");
     Column {
         state: common::at_rest(&problem, &law, &[0.0]),

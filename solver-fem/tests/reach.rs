@@ -2,29 +2,14 @@
 
 mod common;
 
-use std::sync::Arc;
-
-use common::{at_rest, drive, hold};
+use common::{at_rest, column};
 use solver_fem::elastic::Elastic;
-use solver_fem::mesh::{Mesh, Rectangle};
 use solver_fem::newton::{Request, StepSettings, StepSolver};
-use solver_fem::problem::Problem;
 
 /// Largest compressive strain of the first wave of a column of 30 elements that is shortened by 2e-3, one element being a
 /// hundred times softer than the others in the stored tangents.
 fn largest_strain(settings: &StepSettings) -> f64 {
-    let mesh = Mesh::rectangle(&Rectangle {
-        size: [1.0, 30.0],
-        elements: [1, 30],
-    });
-    let held = vec![
-        hold("bottom", 1),
-        hold("left", 0),
-        hold("right", 0),
-        drive("top", 1, 0),
-    ];
-    let problem = Problem::plane_strain(mesh.expect("sound"), held, 1).expect("sound");
-    let problem = Arc::new(problem);
+    let problem = column(30);
     let law = Elastic::new(100.0, 0.0).expect("stable");
     let mut state = at_rest(&problem, &law, &[0.0]);
     let soft = 7 * 4 * 16..8 * 4 * 16;

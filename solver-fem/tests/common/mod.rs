@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use solver_fem::boundary::{Condition, Target, Value};
 use solver_fem::elastic::Elastic;
+use solver_fem::mesh::{Mesh, Rectangle};
 use solver_fem::newton::{MacroState, Request, StepFailure, StepOutcome, StepSettings, StepSolver};
 use solver_fem::problem::Problem;
 use solver_fem::{ConstitutiveResponse, Tensor2};
@@ -16,6 +17,22 @@ pub fn hold(boundary: &str, component: usize) -> Condition {
 
 pub fn drive(boundary: &str, component: usize, load: usize) -> Condition {
     Condition::displacement(Target::boundary(boundary), component, Value::load(load))
+}
+
+/// A column of elements of size 1 between rollers, its top driven by load 0.
+pub fn column(elements: usize) -> Arc<Problem<2>> {
+    let mesh = Mesh::rectangle(&Rectangle {
+        size: [1.0, elements as f64],
+        elements: [1, elements],
+    });
+    let conditions = vec![
+        hold("bottom", 1),
+        hold("left", 0),
+        hold("right", 0),
+        drive("top", 1, 0),
+    ];
+    let problem = Problem::plane_strain(mesh.expect("sound"), conditions, 1);
+    Arc::new(problem.expect("sound"))
 }
 
 /// An unstressed elastic body.
