@@ -8,7 +8,7 @@ use thiserror::Error;
 
 use crate::assembly::Pattern;
 use crate::boundary::{
-    BoundaryProblem, Cavity, CavityProblem, Condition, Constraints, Given, SurfaceLoads, Tie,
+    BoundaryProblem, Cavity, CavityProblem, Condition, Constraints, ExternalLoads, Given, Tie,
 };
 use crate::constitutive::GaussPointId;
 use crate::element::{Element, Q8};
@@ -94,7 +94,7 @@ pub struct Problem<const D: usize> {
     layout: Layout<D>,
     initial: Vec<f64>,
     constraints: Constraints,
-    loads: SurfaceLoads,
+    loads: ExternalLoads,
     load_count: usize,
     pattern: Arc<Pattern>,
     solver: Box<dyn LinearSolver>,
@@ -200,7 +200,7 @@ impl<const D: usize> Problem<D> {
                 ..ProblemError::default()
             },
         )?;
-        let reference = element
+        let reference: Vec<ReferencePoint<D>> = element
             .quadrature()
             .into_iter()
             .map(|point| {
@@ -215,9 +215,11 @@ impl<const D: usize> Problem<D> {
                 }
             })
             .collect();
+        let initial = mesh.flat_coordinates();
+        let loads = ExternalLoads::new(&mesh, element.as_ref(), &reference, &initial, &conditions);
         let mut problem = Problem {
-            initial: mesh.flat_coordinates(),
-            loads: SurfaceLoads::new(&mesh, element.as_ref(), &conditions),
+            initial,
+            loads,
             unit_law: if corners.is_empty() {
                 Vec::new()
             } else {
@@ -280,8 +282,8 @@ impl<const D: usize> Problem<D> {
         &self.constraints
     }
 
-    /// Tractions and pressures.
-    pub fn surface_loads(&self) -> &SurfaceLoads {
+    /// Tractions, pressures and body forces.
+    pub fn external_loads(&self) -> &ExternalLoads {
         &self.loads
     }
 

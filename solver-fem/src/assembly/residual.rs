@@ -103,7 +103,7 @@ pub fn residual<const D: usize>(
     vector.resize(layout.len(), 0.0);
     let positions = &at.unknowns[..layout.displacement_count()];
     let external = problem
-        .surface_loads()
+        .external_loads()
         .forces::<D>(problem.initial(), positions, at.loads);
     for (force, external) in vector.iter_mut().zip(&external) {
         *force -= external;

@@ -71,7 +71,7 @@ pub fn tangent<const D: usize>(
         }
     }
     let positions = &at.unknowns[..problem.layout().displacement_count()];
-    problem.surface_loads().stiffness::<D>(
+    problem.external_loads().stiffness::<D>(
         positions,
         at.loads,
         &mut |element: usize, row: usize, column: usize, value: f64| {

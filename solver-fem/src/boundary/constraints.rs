@@ -209,7 +209,7 @@ impl Constraints {
     ) {
         for (condition, given) in conditions.iter().enumerate() {
             let (boundary, components) = match given {
-                Condition::Displacement { .. } => continue,
+                Condition::Displacement { .. } | Condition::BodyForce { .. } => continue,
                 Condition::Traction {
                     boundary,
                     component,
@@ -331,18 +331,22 @@ fn check<const D: usize>(
             target,
             component,
             value,
-        } => (target.clone(), Some(*component), value),
+        } => (Some(target.clone()), Some(*component), value),
         Condition::Traction {
             boundary,
             component,
             value,
-        } => (Target::Boundary(boundary.clone()), Some(*component), value),
-        Condition::Pressure { boundary, value } => {
-            (Target::Boundary(boundary.clone()), None, value)
+        } => {
+            let target = Target::Boundary(boundary.clone());
+            (Some(target), Some(*component), value)
         }
+        Condition::Pressure { boundary, value } => {
+            (Some(Target::Boundary(boundary.clone())), None, value)
+        }
+        Condition::BodyForce { component, value } => (None, Some(*component), value),
     };
     match target {
-        Target::Boundary(name) if !mesh.boundaries.contains_key(&name) => {
+        Some(Target::Boundary(name)) if !mesh.boundaries.contains_key(&name) => {
             let known = names(&mesh.boundaries);
             problems.push(BoundaryProblem::UnknownBoundary {
                 condition,
@@ -350,7 +354,7 @@ fn check<const D: usize>(
                 known,
             });
         }
-        Target::NodeSet(name) if !mesh.node_sets.contains_key(&name) => {
+        Some(Target::NodeSet(name)) if !mesh.node_sets.contains_key(&name) => {
             let known = names(&mesh.node_sets);
             problems.push(BoundaryProblem::UnknownNodeSet {
                 condition,

@@ -43,7 +43,7 @@ impl SurfaceLoads {
             .iter()
             .filter_map(|condition| {
                 let (boundary, kind, value) = match condition {
-                    Condition::Displacement { .. } => return None,
+                    Condition::Displacement { .. } | Condition::BodyForce { .. } => return None,
                     Condition::Traction {
                         boundary,
                         component,

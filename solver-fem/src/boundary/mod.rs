@@ -1,11 +1,13 @@
-//! Boundary conditions: prescribed displacements, dead tractions, follower pressure.
+//! Boundary conditions and loads: prescribed displacements, dead tractions, follower pressure, body forces.
 //!
 //! A condition says where, what and **which load**: its [`Value`] is a constant or
 //! `load × factor + constant`. The load values themselves are numbers handed in at every step; the
 //! load programme that makes them lives elsewhere.
 
+mod body_force;
 mod cavity;
 mod constraints;
+mod external;
 mod facets;
 mod loads;
 
@@ -15,7 +17,7 @@ use thiserror::Error;
 pub use cavity::{Cavity, CavityProblem};
 pub use constraints::{Constraints, Prescribed, Tie};
 pub(crate) use constraints::{Given, names};
-pub use loads::SurfaceLoads;
+pub use external::ExternalLoads;
 
 /// A quantity that may follow a load.
 #[derive(Serialize, Deserialize, Clone, Copy, PartialEq, Debug)]
@@ -119,6 +121,14 @@ pub enum Condition {
         /// Pressure p, **positive when it pushes into the body**.
         value: Value,
     },
+    /// Body force on the whole body: one component of the force per **initial** volume, as its own weight is. The mass of a
+    /// piece does not change with its volume, so neither does the force on it.
+    BodyForce {
+        /// Component, from 0.
+        component: usize,
+        /// Force per initial volume (area × unit thickness in 2D), positive along the axis.
+        value: Value,
+    },
 }
 
 impl Condition {
@@ -149,6 +159,11 @@ impl Condition {
             boundary: boundary.to_owned(),
             value,
         }
+    }
+
+    /// Body force.
+    pub fn body_force(component: usize, value: Value) -> Self {
+        Condition::BodyForce { component, value }
     }
 
     /// Dead traction.

@@ -193,7 +193,7 @@ pub(super) fn force_slope<const D: usize>(
         loads[load] += change;
         let positions = &coordinates[..problem.dof_count()];
         problem
-            .surface_loads()
+            .external_loads()
             .forces::<D>(problem.initial(), positions, &loads)
     };
     let mut slope = forces(1.0);

@@ -57,6 +57,9 @@ pub struct Body {
     /// The second gradient, where there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub second_gradient: Option<SecondGradient>,
+    /// Force per initial volume along x and y, where there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub body_force: Option<[Amount; 2]>,
 }
 
 /// A second gradient.

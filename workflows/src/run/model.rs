@@ -125,7 +125,8 @@ fn parts(body: &Body, loads: usize) -> Result<(Problem<2>, Vec<usize>), RunError
     let Divided {
         mesh, materials, ..
     } = divided(body)?;
-    let conditions = conditions(body, &mesh);
+    let mut conditions = conditions(body, &mesh);
+    conditions.extend(body_force(body));
     let element = body.mesh.element().plane().element();
     let second_gradient = second_gradient(body, &mesh);
     let setup = Setup {
@@ -216,6 +217,14 @@ fn conditions(body: &Body, mesh: &Mesh<2>) -> Vec<Condition> {
         }
     }
     conditions
+}
+
+/// The components of a body force that are not 0 throughout.
+fn body_force(body: &Body) -> impl Iterator<Item = Condition> {
+    let components = body.body_force.into_iter().flatten().enumerate();
+    components
+        .filter(|(_, value)| *value != Amount::Constant(0.0))
+        .map(|(component, value)| Condition::body_force(component, amount(value)))
 }
 
 fn amount(amount: Amount) -> Value {

@@ -85,6 +85,12 @@ fn out_of_balance(
         "the initial state is not in balance: the unbalanced force is {:.2} of the supports' or the loads'",
         relative
     );
+    let weight = body.body_force.into_iter().flatten();
+    if weight.into_iter().any(|value| value.at(loads) != 0.0) {
+        note.push_str(
+            "; the body force acts from the beginning: a load that begins at 0 would bring it up in steps",
+        );
+    }
     for mismatch in mismatches(problem, body, model) {
         note.push_str("; ");
         note.push_str(&mismatch);
@@ -166,5 +172,25 @@ mod tests {
             notes.len() == 1 && notes[0].contains("`part` selects no element"),
             "{notes:?}"
         );
+    }
+
+    /// Grains begin under an even stress, which no weight is in balance with.
+    #[test]
+    fn a_weight_that_acts_from_the_beginning_is_told() {
+        let text = "name: t\nmesh: { rectangle: { size: [1.0, 1.0], elements: [2, 2] } }\n\
+                    materials: { sand: { rev: {} } }\nloads: { weight: -0.5 }\nbody_force: { y: weight }\n\
+                    boundary:\n  - { on: bottom, displacement: { y: 0 } }\n  - { on: left, displacement: { x: 0 } }\n  \
+                    - { on: top, pressure: 1 }\n  - { on: right, pressure: 1 }\n\
+                    programme: [ { name: a, ramp: { weight: -1 }, steps: 1 } ]\n";
+        let of = |text: &str| {
+            let problem = crate::input::parse(text, "t.yaml", std::path::Path::new("."));
+            notes(&problem.unwrap_or_else(|errors| panic!("{errors}"))).unwrap()
+        };
+        let told = of(text);
+        assert!(
+            told.len() == 1 && told[0].contains("the body force acts from the beginning"),
+            "{told:?}"
+        );
+        assert_eq!(of(&text.replace("-0.5", "0")), Vec::<String>::new());
     }
 }

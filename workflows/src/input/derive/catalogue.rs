@@ -229,6 +229,10 @@ impl Collector<'_> {
                         .or_default()
                         .push(kind);
                 }
+                for (axis, value) in ["x", "y"].iter().zip(body.body_force.iter().flatten()) {
+                    let path = root.key("body_force").key(*axis);
+                    self.leaf(&path, words(value, &problem.loads));
+                }
                 if let Some(spec) = &body.second_gradient {
                     let path = root.key("second_gradient");
                     self.leaf(&path.key("D"), spec.modulus.to_string());

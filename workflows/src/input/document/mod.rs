@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-pub use boundary::{Amount, Condition};
+pub use boundary::{Amount, Components, Condition};
 pub use element_test::{Component, Control, ElementTest, LoadPath};
 pub use material::{Elastic, Material, Packings, Rev};
 pub use mesh::{Annulus, Box2, Element, Gmsh, Mesh, Rectangle, Region, Sector};
@@ -60,6 +60,10 @@ pub struct Document {
     /// Conditions on the boundaries of the mesh. What is not named is free of load.
     #[serde(default)]
     pub boundary: Vec<Condition>,
+    /// A force on the whole body, such as its own weight: components along x and y per initial volume. It keeps its total
+    /// whatever the deformation, as mass does. Let it follow a load that begins at 0 where the materials begin under an
+    /// even stress.
+    pub body_force: Option<Components>,
     /// The stages of loading, one after the other.
     #[schemars(length(min = 1))]
     pub programme: Vec<Stage>,

@@ -64,6 +64,30 @@ pub fn read(
     Some(placed.into_iter().map(|one| one.condition).collect())
 }
 
+/// The force on the whole body; `Some(None)` where there is none.
+pub fn body_force(reader: &mut Reader<'_, '_>, loads: &mut Loads) -> Option<Option<[Amount; 2]>> {
+    let path = Path::root().key("body_force");
+    if !reader.has(&path) {
+        return Some(None);
+    }
+    let written: document::Components = reader.required(&path)?;
+    if written.x.is_none() && written.y.is_none() {
+        let help = "write `{ y: weight }` with a load `weight`, for example".to_owned();
+        let message = "this body force has no component";
+        reader.report.at(&path, message, help);
+        return None;
+    }
+    let mut along = |axis: &str, value: Option<&document::Amount>| match value {
+        None => Some(Amount::Constant(0.0)),
+        Some(value) => loads.amount(reader, &path.key(axis), value),
+    };
+    let (x, y) = (
+        along("x", written.x.as_ref()),
+        along("y", written.y.as_ref()),
+    );
+    x.zip(y).map(|(x, y)| Some([x, y]))
+}
+
 fn condition<'p>(
     reader: &mut Reader<'_, '_>,
     path: &Path,

@@ -90,7 +90,13 @@ fn model(
     let root = Path::root();
     let has = |reader: &Reader<'_, '_>, key: &str| reader.report.tree().entry(key).is_some();
     if has(reader, "element_test") {
-        for key in ["mesh", "regions", "boundary", "second_gradient"] {
+        for key in [
+            "mesh",
+            "regions",
+            "boundary",
+            "body_force",
+            "second_gradient",
+        ] {
             if has(reader, key) {
                 let message = format!("`{key}` and `element_test` exclude each other");
                 reader.report.at_key(
@@ -122,7 +128,8 @@ fn model(
     let regions = mesh::regions(reader, mesh.as_ref(), materials);
     let material = materials.default(reader);
     let conditions = conditions::read(reader, loads, mesh.as_ref());
-    if conditions.is_some() {
+    let body_force = conditions::body_force(reader, loads);
+    if conditions.is_some() && body_force.is_some() {
         loads.report_idle(reader);
     }
     let second_gradient = second_gradient::read(
@@ -137,6 +144,7 @@ fn model(
         regions: regions?,
         conditions: conditions?,
         second_gradient: second_gradient?,
+        body_force: body_force?,
     }))
 }
 

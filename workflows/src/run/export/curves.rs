@@ -40,7 +40,7 @@ impl<'a> Curves<'a> {
             }
             for axis in ["x", "y"] {
                 let meaning = format!(
-                    "force along {axis} that the supports at the nodes of `{name}` exert on the body (applied pressures and tractions are no part of it)"
+                    "force along {axis} that the supports at the nodes of `{name}` exert on the body (applied pressures, tractions and body forces are no part of it)"
                 );
                 columns.push(Column::new(
                     format!("f{axis}_{name}"),
