@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 
 pub use export::{Exported, Extent};
 pub(crate) use import::finish;
-pub use import::{Imported, ImportedRun, Taking};
+pub use import::{Imported, ImportedRun, Taking, check_archive};
 pub use naming::Naming;
 
 use crate::id::{RunName, StepIndex};

@@ -60,7 +60,7 @@ mod space;
 mod step;
 mod store;
 
-pub use archive::{Exported, Extent, Imported, ImportedRun, Naming, Taking};
+pub use archive::{Exported, Extent, Imported, ImportedRun, Naming, Taking, check_archive};
 pub use check::{CheckReport, Depth, Finding, Severity};
 pub use error::{
     ArchiveError, CacheError, CheckError, CommitError, Damage, DeleteError, FrameError,

@@ -234,6 +234,26 @@ fn an_ancestor_that_is_there_is_shared() {
     sound(&to);
 }
 
+/// Ancestors come in first: one that is called as the run is to be called took its name, and the refusal blamed a run of
+/// the store.
+#[test]
+fn a_name_that_is_asked_for_is_kept_from_the_ancestors_in_the_archive() {
+    let shop = Shop::new();
+    let file = shop.export("b", Extent::Run);
+    for (folder, asked, ancestor, shown) in
+        [("one", "a", "a-2", "dense"), ("two", "dense", "a", "a")]
+    {
+        let to = Store::open(&shop.path(folder)).unwrap();
+        let naming = Naming::Called(name(asked));
+        let imported = to.import_archive(&file, naming).unwrap();
+        let born: Vec<_> = imported.runs.iter().map(|run| run.name.as_str()).collect();
+        assert_eq!(born, [ancestor, asked]);
+        assert_eq!(to.names().unwrap().shown(&name(ancestor)), name(shown));
+        assert_step(&to, &name(asked), 3);
+        sound(&to);
+    }
+}
+
 #[test]
 fn pruned_steps_travel_as_what_is_left_of_them_and_lost_ones_stop_the_export() {
     let shop = Shop::new();

@@ -116,9 +116,15 @@ fn files_that_are_no_whole_archive_end_in_words() {
         fs::write(&bad, bytes).unwrap();
         let refused = away.run(["import", bad.to_str().unwrap()]).ended_with(code);
         assert!(refused.err.contains(words), "{refused:?}");
-        let left = fs::read_dir(away.store().join("packs")).unwrap().count();
-        assert_eq!(left, 0, "{words}: something stayed behind");
+        assert!(!away.store().exists(), "{words}: a store was made");
     }
+    // In a store that is there, nothing stays behind.
+    fs::write(&bad, &flipped).unwrap();
+    let input = away.write("least.yaml", &inputs::least("least", 1));
+    away.run(["submit", input.to_str().unwrap()]).success();
+    away.run(["import", bad.to_str().unwrap()]).ended_with(3);
+    let left = fs::read_dir(away.store().join("packs")).unwrap().count();
+    assert_eq!(left, 1, "something stayed behind");
     away.run(["import", "no/such/file"]).ended_with(2);
     place.run(["export", "dense", "--subtree"]).ended_with(2);
 }

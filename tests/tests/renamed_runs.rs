@@ -127,3 +127,68 @@ fn a_run_is_renamed_while_it_is_computed_and_ends_where_it_would_have() {
     let check = place.run(["store", "check", "--deep"]).success();
     assert!(check.out.contains("nothing is wrong"), "{check:?}");
 }
+
+/// Somebody who asked for a name looks for the run under it, and takes the older one for the new.
+#[test]
+fn a_run_that_does_not_get_the_name_that_was_asked_for_it_says_so() {
+    let place = submitted();
+    let told = "the name `child` is taken: this run is called `child-2`";
+    let outcome = place
+        .run(["branch", "trial@2", "--name", "child"])
+        .success();
+    assert!(outcome.err.contains(told), "{outcome:?}");
+    let told = "the name `trial` is taken: this run is called `trial-2`";
+    let input = place.dir().join("input.yaml");
+    let input = input.to_str().unwrap();
+    let outcome = place.run(["submit", input, "--name", "trial"]).success();
+    assert!(outcome.err.contains(told), "{outcome:?}");
+    // The input's own name is a wish that many runs have.
+    let outcome = place.run(["submit", input]).success();
+    assert!(!outcome.err.contains("is taken"), "{outcome:?}");
+    let outcome = place.run(["submit", input, "--name", "new"]).success();
+    assert!(!outcome.err.contains("is taken"), "{outcome:?}");
+    let queued = ["submit", input, "--name", "new", "--queue"];
+    let outcome = place.run(queued).success();
+    assert!(
+        outcome
+            .out
+            .contains("`new-2` is queued as number 1, at position 1 (`new` is taken)"),
+        "{outcome:?}"
+    );
+}
+
+#[test]
+fn a_run_that_only_waits_is_told_from_one_that_is_not_there() {
+    let place = submitted();
+    let input = place.dir().join("input.yaml");
+    let queued = [
+        "submit",
+        input.to_str().unwrap(),
+        "--name",
+        "late",
+        "--queue",
+    ];
+    place.run(queued).success();
+    let refused = place.run(["rename", "late", "later"]).ended_with(2);
+    assert!(
+        refused
+            .err
+            .contains("it is queued as number 1 and not begun"),
+        "{refused:?}"
+    );
+    let refused = place.run(["rename", "never", "later"]).ended_with(2);
+    assert!(!refused.err.contains("queued"), "{refused:?}");
+    // One that is there and waits to be gone on with can be renamed, and is found all the same.
+    place
+        .run(["branch", "trial@1", "--name", "part", "--prepare-only"])
+        .success();
+    place.run(["resume", "part", "--queue"]).success();
+    let renamed = place.run(["rename", "part", "whole"]).success();
+    assert!(
+        renamed.out.contains("it is queued as number 2"),
+        "{renamed:?}"
+    );
+    place.run(["queue", "run"]).success();
+    let shown = json(&place.run(["show", "whole", "--json"]).success());
+    assert_eq!(shown["state"], "completed");
+}

@@ -320,3 +320,15 @@ fn a_failed_task_can_be_looked_at_alone() {
     let torn = place.write("torn.rmp", "no task");
     place.run(["replay", torn.to_str().unwrap()]).ended_with(2);
 }
+
+/// Who pruned to save space learns how to come by the step again.
+#[test]
+fn a_step_whose_base_was_pruned_says_from_where_it_can_be_computed_again() {
+    let place = computed(&inputs::least("small", 3));
+    place.run(["prune", "small", "--keep-last", "1"]).success();
+    let refused = place.run(["replay", "small@3:e0.1"]).ended_with(2);
+    assert!(refused.err.contains(" rerun small@0`"), "{refused:?}");
+    let rerun = ["rerun", "small@0", "--name", "again"];
+    place.run(rerun).success();
+    place.run(["replay", "again@3:e0.1"]).success();
+}

@@ -85,6 +85,16 @@ impl Store {
     }
 }
 
+/// Reads the archive at `from` to its end and checks its hash, without a store to take it in.
+///
+/// # Errors
+/// The file is no archive or damaged; it cannot be read.
+pub fn check_archive(from: &Path) -> Result<(), ImportError> {
+    let mut archive = ArchiveReader::open(from)?;
+    while archive.next()?.is_some() {}
+    Ok(())
+}
+
 /// Reads the whole archive into a folder aside.
 fn take_in(
     inner: &Inner,

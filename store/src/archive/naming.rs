@@ -19,17 +19,28 @@ pub enum Naming {
 pub(super) struct Given {
     naming: Naming,
     root: RunName,
+    /// Whether the name that is asked for the run of the archive is kept for it.
+    kept: bool,
     taken: Names,
     /// From the archive's names to those in this store.
     names: BTreeMap<RunName, RunName>,
 }
 
 impl Given {
-    pub(super) fn new(naming: Naming, root: RunName, taken: Names) -> Self {
+    pub(super) fn new(naming: Naming, root: RunName, mut taken: Names) -> Self {
         let names = BTreeMap::new();
+        // Ancestors come in before the run itself; they must not be given its name.
+        let kept = match &naming {
+            Naming::Called(name) if taken.resolve(name).is_none() => {
+                taken.reserve(name);
+                true
+            }
+            Naming::Called(_) | Naming::AsItIs => false,
+        };
         Self {
             naming,
             root,
+            kept,
             taken,
             names,
         }
@@ -41,6 +52,11 @@ impl Given {
             Naming::Called(name) if *run == self.root => name,
             _ => run,
         };
+        if self.kept && *run == self.root {
+            let name = wanted.clone();
+            self.names.insert(run.clone(), name.clone());
+            return Ok(name);
+        }
         let may_count = self.naming != Naming::AsItIs && *run != self.root;
         let name = match self.taken.resolve(wanted) {
             None => wanted.clone(),

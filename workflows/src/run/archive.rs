@@ -105,6 +105,10 @@ pub fn import(
         Some(name) => Naming::Called(store_name(name)?),
         None => Naming::AsItIs,
     };
+    if !context.store.exists() {
+        // A store that is made for what turns out to be no archive would stay behind, empty.
+        store::check_archive(from).map_err(|error| refused(from, error))?;
+    }
     let store = open(context)?;
     let imported = store
         .import_archive(from, naming)

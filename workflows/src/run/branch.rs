@@ -8,7 +8,7 @@ use store::{RunName, StepAddress, Store};
 
 use super::{
     Context,
-    compute::queued,
+    compute::{note_other_name, queued},
     error::RunError,
     manifest::{Descent, Kind, Manifest},
     open::{Holder, explain, open, store_name},
@@ -111,8 +111,12 @@ pub fn derive(
     let planned = planned(&origin, wish, scope, context.threads())?;
     let mut created = Vec::new();
     for (number, Planned { name, manifest }) in planned.into_iter().enumerate() {
+        let asked = name.clone();
         let (run, manifest) = create(&shift, store, number, name, &origin.parent, manifest)
             .map_err(|error| explain("create the run", error))?;
+        if wish.name.is_some() {
+            note_other_name(context, &asked, &run);
+        }
         context
             .progress
             .note(&announcement(&run, &origin.called, &manifest));

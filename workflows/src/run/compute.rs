@@ -29,6 +29,7 @@ pub fn submit(
     name: Option<RunName>,
     terms: &Terms,
 ) -> Result<Report, Failure> {
+    let asked = name.is_some();
     let name = store_name(name.as_ref().unwrap_or(&problem.name))?;
     for note in notes::notes(&problem).map_err(|error| explain("set up the problem", error))? {
         context.progress.note(&note);
@@ -50,8 +51,11 @@ pub fn submit(
     }
     match shift.claim()? {
         Claim::Ours(place) => {
-            let run = session::create(&place.store, name, None, &manifest)
+            let run = session::create(&place.store, name.clone(), None, &manifest)
                 .map_err(|error| explain("create the run", error))?;
+            if asked {
+                note_other_name(context, &name, &run);
+            }
             let own = shift.own(&place, &run, &manifest.problem);
             shift.end(place, own)
         }
@@ -59,6 +63,14 @@ pub fn submit(
             let work = work_of("submit", None, &manifest);
             queued(&shift, &holder, vec![(name, work)])
         }
+    }
+}
+
+/// Says so where a run has not got the name that was asked for it.
+pub fn note_other_name(context: &Context<'_>, asked: &store::RunName, given: &store::RunName) {
+    if asked != given {
+        let note = format!("the name `{asked}` is taken: this run is called `{given}`");
+        context.progress.note(&note);
     }
 }
 

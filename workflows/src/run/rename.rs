@@ -7,6 +7,7 @@ use super::{
     Context,
     event_log::EventLog,
     open::{explain, open_existing, store_name},
+    queue,
     view::View,
 };
 use crate::{
@@ -45,7 +46,11 @@ pub fn rename(context: &Context<'_>, run: &RunName, to: &RunName) -> Result<Repo
         true => String::new(),
         false => format!("; `{id}`, the name it was born with, still finds it"),
     };
-    let text = format!("Run `{was}` is called `{label}` now{still}");
+    let queued = match queue::waiting(view.store.dir(), id.as_str()) {
+        Some(number) => format!("; it is queued as number {number}, and is computed all the same"),
+        None => String::new(),
+    };
+    let text = format!("Run `{was}` is called `{label}` now{still}{queued}");
     let data = json!({ "name": label, "was": was, "born_as": id });
     Ok(Report::new(text, &data))
 }

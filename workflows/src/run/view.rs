@@ -5,7 +5,7 @@ use std::{
     path::Path,
 };
 
-use store::{Names, ReadOnlyStore, RunRecord, RunState, StepAddress, StepRecord, Store};
+use store::{Names, ReadOnlyStore, RunRecord, RunState, StepAddress, StepIndex, StepRecord, Store};
 
 use super::{
     Context,
@@ -147,7 +147,14 @@ impl View {
 
     /// One run.
     pub fn run(&self, name: &RunName) -> Result<RunView, Failure> {
-        let id = find(&self.names()?, name)?;
+        let id = find(&self.names()?, name).map_err(|failure| {
+            match super::queue::waiting(self.store.dir(), name.as_str()) {
+                Some(number) => failure.hint(format!(
+                    "it is queued as number {number} and not begun: `femdem-flow queue` lists what waits, `femdem-flow queue remove {number}` takes it back"
+                )),
+                None => failure,
+            }
+        })?;
         self.read(&id)
             .map_err(|error| explain(&format!("read run `{name}`"), error))
     }
@@ -158,13 +165,7 @@ impl View {
         let manifest = super::session::manifest(&record.manifest)?;
         let steps = self.store.steps(name)?;
         let lost = steps.last().is_some_and(StepRecord::is_lost);
-        let steps = steps
-            .into_iter()
-            .map(|record| StepView {
-                summary: rmp_serde::from_slice(&record.summary).unwrap_or_default(),
-                record,
-            })
-            .collect();
+        let steps = steps_of(name, steps);
         let place = events::read(&self.store.events_path(name));
         let standing = self.standing_at(record.state, &place, lost);
         Ok(RunView {
@@ -213,6 +214,32 @@ impl View {
             },
         }
     }
+}
+
+/// Steps with their figures. Those that cannot be read are told of and missing from what is shown; a step that is damaged
+/// may have none, which its health tells.
+fn steps_of(run: &store::RunName, records: Vec<StepRecord>) -> Vec<StepView> {
+    let mut unread: Option<(StepIndex, rmp_serde::decode::Error)> = None;
+    let steps = records.into_iter().map(|record| {
+        let summary = match rmp_serde::from_slice(&record.summary) {
+            Ok(summary) => summary,
+            Err(error) => {
+                if !record.summary.is_empty() && unread.is_none() {
+                    unread = Some((record.index, error));
+                }
+                StepSummary::default()
+            }
+        };
+        StepView { record, summary }
+    });
+    let steps = steps.collect();
+    if let Some((step, error)) = unread {
+        tracing::warn!(
+            %error,
+            "the figures of load step {step} of `{run}` cannot be read, and perhaps those of others; they are missing from what is shown"
+        );
+    }
+    steps
 }
 
 /// Who owns the store in `dir`.

@@ -36,7 +36,7 @@ pub fn enqueue(
     let mut queued = Vec::new();
     for (wanted, work) in works {
         let run = match work {
-            Work::Resume => wanted,
+            Work::Resume => wanted.clone(),
             Work::Create { .. } => names.reserve(&wanted),
         };
         let entry = Entry {
@@ -49,7 +49,11 @@ pub fn enqueue(
         let id = queue.put(entry.to_bytes()).map_err(|error| {
             Failure::new(FailureKind::Store, format!("failed to queue `{run}`")).because(error)
         })?;
-        queued.push((id, names.shown(&run)));
+        let taken = match run == wanted {
+            true => String::new(),
+            false => format!(" (`{wanted}` is taken)"),
+        };
+        queued.push((id, names.shown(&run), taken));
     }
     let entries = queue.entries().map_err(unreadable)?;
     let position = |id| {
@@ -59,9 +63,9 @@ pub fn enqueue(
         entries.iter().filter(before).count()
     };
     let mut text = String::new();
-    for (id, run) in &queued {
+    for (id, run, taken) in &queued {
         text.push_str(&format!(
-            "Run `{run}` is queued as number {id}, at position {}.\n",
+            "Run `{run}` is queued as number {id}, at position {}{taken}.\n",
             position(*id)
         ));
     }
@@ -76,7 +80,7 @@ pub fn enqueue(
     text.push_str("\nNext:  femdem-flow queue           what waits\n       femdem-flow queue remove N  take an entry back");
     let data: Vec<_> = queued
         .iter()
-        .map(|(id, run)| json!({ "id": id.0, "name": run.as_str(), "position": position(*id) }))
+        .map(|(id, run, _)| json!({ "id": id.0, "name": run.as_str(), "position": position(*id) }))
         .collect();
     Ok(Report::new(
         text,

@@ -178,11 +178,16 @@ pub fn needed(store: &std::path::Path, run: &RunName) -> impl Iterator<Item = Ne
 
 /// Whether an entry about this run, named so or to be named so, is not begun yet.
 pub fn is_waiting(store: &std::path::Path, run: &str) -> bool {
+    waiting(store, run).is_some()
+}
+
+/// The number of the first entry about this run, named so or to be named so, that is not begun yet.
+pub fn waiting(store: &std::path::Path, run: &str) -> Option<u64> {
     let entries = Queue::of(store).entries().unwrap_or_default();
-    let waiting = |entry: &QueueEntry| {
+    let waiting = |entry: &&QueueEntry| {
         entry.state == EntryState::Waiting && said(entry).is_ok_and(|says| says.run == run)
     };
-    entries.iter().any(waiting)
+    entries.iter().find(waiting).map(|entry| entry.id.0)
 }
 
 fn existing(context: &Context<'_>) -> Result<Queue, Failure> {

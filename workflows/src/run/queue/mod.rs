@@ -8,6 +8,6 @@ mod worker;
 
 pub use self::enqueue::{enqueue, ready};
 pub use self::entry::{Entry, Work};
-pub use self::list::{counts, is_waiting, list, needed, remove};
+pub use self::list::{counts, is_waiting, list, needed, remove, waiting};
 pub use self::work::{Worked, find_ticket, work};
 pub use self::worker::{Mark, worker};

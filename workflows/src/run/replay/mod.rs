@@ -8,6 +8,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 use solver_dem::Report as SolverReport;
+use store::{StepHealth, StepIndex};
 
 use self::history::Milestone;
 pub use self::kept::replay_kept;
@@ -17,7 +18,7 @@ use super::{
     place,
     recorded::{Agreement, RecordedStep, RepeatError, Repeated},
     text::{self, Align, Table},
-    view::View,
+    view::{RunView, View},
 };
 use crate::{
     address::RevAddress,
@@ -49,7 +50,14 @@ pub fn replay(
         )
         .hint(where_they_are)
     })?;
-    let failed = |error| refused(&name, error);
+    let failed = |error| {
+        let pruned = matches!(error, RepeatError::BasePruned);
+        let failure = refused(&name, error);
+        match pruned {
+            true => failure.hint(kept_before(&run, step.record.index)),
+            false => failure,
+        }
+    };
     let recorded = RecordedStep::open(&view, &run, step, &dealt).map_err(failed)?;
     let repeated = recorded.repeat(point).map_err(failed)?;
     let history = history::of(&repeated.question);
@@ -70,6 +78,21 @@ pub fn replay(
         )
         .hint("`femdem-flow show RUN` names the machines and versions that computed the run")
         .with(report)),
+    }
+}
+
+/// How a step is come by whose base was pruned.
+fn kept_before(run: &RunView, step: StepIndex) -> String {
+    let name = run.name();
+    let kept = run
+        .steps
+        .iter()
+        .rfind(|earlier| earlier.record.index < step && earlier.record.health == StepHealth::Sound);
+    match kept.map(|kept| kept.record.index) {
+        Some(kept) => format!(
+            "the last load step before it that is kept is {kept}: `femdem-flow rerun {name}@{kept}` computes those from there on again, with the same bits, as a run whose REVs can be asked"
+        ),
+        None => format!("`femdem-flow show {name}` tells which load steps are kept"),
     }
 }
 
