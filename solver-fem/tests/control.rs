@@ -313,17 +313,15 @@ impl Column {
 fn the_arc_length_follows_a_column_that_snaps_back() {
     let length = 1e-3;
     let mut column = Column::new();
-    let control = Control {
+    let control = |sense| Control {
         load: 0,
-        path: Path::ArcLength {
-            length,
-            sense: -1.0,
-        },
+        path: Path::ArcLength { length, sense },
     };
     let mut shortenings = Vec::new();
     let mut stress = 0.0;
-    for _ in 0..60 {
-        let outcome = column.step(&control).expect("on the path");
+    for step in 0..60 {
+        let sense = (step == 0).then_some(-1.0);
+        let outcome = column.step(&control(sense)).expect("on the path");
         stress = -outcome.state.stress_at(GaussPointId(0))[1][1];
         let soft = GaussPointId(4 * SOFT_ELEMENT);
         let e = 1.0 - column.gradients[soft.index()][1][1];
@@ -351,4 +349,8 @@ fn the_arc_length_follows_a_column_that_snaps_back() {
     let back = shortenings[turn..].windows(2).position(|w| w[1] > w[0]);
     let again = turn + back.expect("and goes on");
     assert!(shortenings[turn] - shortenings[again] > 1e-3);
+    // Told to, it goes back the way it came.
+    let outcome = column.step(&control(Some(1.0))).expect("back");
+    let last = shortenings.last().expect("steps");
+    assert!(-outcome.state.loads[0] < *last - 1e-4);
 }

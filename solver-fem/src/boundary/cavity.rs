@@ -21,7 +21,7 @@ pub enum CavityProblem {
     Unknown(String),
     /// An end of the boundary can leave the planes of symmetry.
     #[error(
-        "`{boundary}` is open: it ends at node {node}, which does not stay on a plane of symmetry through the origin (one coordinate 0 and held)"
+        "`{boundary}` is open: it ends at node {node}, which does not stay on a plane of symmetry through the origin (one coordinate 0 and held); lay the middle of the cavity at the origin"
     )]
     Open {
         /// The boundary.

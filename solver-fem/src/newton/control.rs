@@ -42,8 +42,8 @@ pub enum Path {
     ArcLength {
         /// Root mean square of the nodes' displacements over the step.
         length: f64,
-        /// Sign of the load's change where no controlled step came before, whose direction would be kept.
-        sense: f64,
+        /// Sign of the load's change; `None` goes on in the direction of the step before.
+        sense: Option<f64>,
     },
 }
 
@@ -139,10 +139,8 @@ impl Control {
             }
             Path::ArcLength { length, sense } => {
                 let slope = &slope[..problem.dof_count()];
-                let along = state
-                    .increment
-                    .as_ref()
-                    .map_or(sense, |last| dot(last, slope));
+                let onward = state.increment.as_ref().map(|last| dot(last, slope));
+                let along = sense.or(onward).unwrap_or(1.0);
                 let change = along.signum() * length / mean_length::<D>(slope);
                 self.finite(change)
             }

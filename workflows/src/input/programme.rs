@@ -107,13 +107,13 @@ pub enum Stop {
     Volume(String, Bound),
     /// The equivalent shear strain of some Gauss point exceeds a value.
     ShearStrain(f64),
-    /// A load changes no more: over so many load steps by less than this part of its value.
+    /// A load changes no more: over so many increments all its values lie within this part of the largest.
     Settled {
         /// Index of the load.
         load: usize,
-        /// Largest change, over its value.
+        /// Largest less smallest value, over the largest magnitude.
         within: f64,
-        /// Number of load steps.
+        /// Number of increments of the programme.
         over: u32,
     },
 }
@@ -128,14 +128,12 @@ impl Stop {
             Self::ShearStrain(most) => format!("a shear strain is above {most}"),
             Self::Settled { load, within, over } => {
                 let name = name(load);
-                format!(
-                    "`{name}` changed by less than {within} of its value over {over} load steps"
-                )
+                format!("`{name}` kept within {within} of its value over {over} increments")
             }
         }
     }
 
-    /// How many load steps back it looks.
+    /// How many increments back it looks.
     pub fn steps(&self) -> Option<u32> {
         match self {
             Self::Settled { over, .. } => Some(*over),

@@ -297,6 +297,14 @@ impl BodySteps {
             attempt.journal.abandon()?;
         }
         let step = self.step + 1;
+        // No shorter step would give the load an effect.
+        if let FailureReason::NoControl { load } = failure.reason {
+            let name = self.schedule.load(load);
+            core.ending = Some(Ending::Failed(format!(
+                "load step {step} cannot be solved: the load `{name}` does not move what the stage follows"
+            )));
+            return Ok(());
+        }
         match self.schedule.cut() {
             Ok(()) => {
                 core.step_cut(step, self.schedule.place.control.factor(), &reason);

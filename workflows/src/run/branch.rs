@@ -11,6 +11,7 @@ use super::{
     compute::{note_other_name, queued},
     error::RunError,
     manifest::{Descent, Kind, Manifest},
+    model,
     open::{Holder, explain, open, store_name},
     origin::{Origin, origin},
     queue::{self, Work},
@@ -162,6 +163,7 @@ pub fn planned(
         .into_iter()
         .map(|variant| {
             refuse_without_future(origin, &variant.problem, scope)?;
+            model::check(&variant.problem).map_err(|error| explain("set up the problem", error))?;
             let name = name(&origin.called.run, wish, &variant)?;
             Ok(Planned {
                 name: store_name(&name)?,

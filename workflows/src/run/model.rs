@@ -137,6 +137,19 @@ fn parts(body: &Body, loads: usize) -> Result<(Problem<2>, Vec<usize>), RunError
     Ok((problem, materials))
 }
 
+/// Whether what a problem asks of its body can be computed, volumes above all.
+///
+/// # Errors
+/// What the mesh or the conditions refuse, and the first volume that cannot be measured.
+pub fn check(problem: &input::Problem) -> Result<(), RunError> {
+    match &problem.model {
+        input::problem::Model::Body(body) => {
+            Model::new(body, problem.loads.len())?.check(&problem.programme)
+        }
+        input::problem::Model::ElementTest(_) => Ok(()),
+    }
+}
+
 /// The modulus of every region of the mesh.
 fn second_gradient(body: &Body, mesh: &Mesh<2>) -> SecondGradient {
     let Some(spec) = &body.second_gradient else {

@@ -5,7 +5,7 @@ use solver_fem::assembly::{Configuration, Start, residual};
 use super::{error::RunError, model::Model};
 use crate::input::{
     Problem,
-    problem::{Body, ConditionKind, Model as InputModel, Selection},
+    problem::{Body, Condition, ConditionKind, Model as InputModel, Selection},
 };
 
 /// Unbalanced force of the initial state, over the reactions, above which something does not fit.
@@ -22,8 +22,26 @@ pub fn notes(problem: &Problem) -> Result<Vec<String>, RunError> {
     let model = Model::new(body, problem.loads.len())?;
     model.check(&problem.programme)?;
     let mut notes = empty_regions(body, &model);
+    notes.extend(unmoved(problem, body));
     notes.extend(out_of_balance(problem, body, &model)?);
     Ok(notes)
+}
+
+/// Displacements move by the change of their value: an initial value other than 0 is not gone through.
+fn unmoved(problem: &Problem, body: &Body) -> Vec<String> {
+    let note = |condition: &Condition| {
+        let ConditionKind::Displacement { component, value } = condition.kind else {
+            return None;
+        };
+        let (on, axis) = (&condition.on, ["x", "y"][component]);
+        let initial = value.at(&problem.programme.initial);
+        (initial != 0.0).then(|| {
+            format!(
+                "`{on}` does not begin with a displacement {axis} of {initial}: displacements move by the change of their value, from where the boundary is; drive it there by a load that begins with 0"
+            )
+        })
+    };
+    body.conditions.iter().filter_map(note).collect()
 }
 
 fn empty_regions(body: &Body, model: &Model) -> Vec<String> {

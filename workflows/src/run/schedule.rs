@@ -18,7 +18,7 @@ pub struct Place {
     pub increments: u64,
     /// Step size within the current one.
     pub control: StepControl,
-    /// Load values at the beginning of the present stage and at the ends of its latest load steps, newest last, as far as
+    /// Load values at the beginning of the present stage and at the ends of its latest increments, newest last, as far as
     /// its end may depend on them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub latest: Vec<Vec<f64>>,
@@ -182,7 +182,7 @@ impl Schedule {
                 },
                 Followed::ArcLength { length, sense } => Path::ArcLength {
                     length: length * (b - a) / f64::from(step.of),
-                    sense: *sense,
+                    sense: (step.left == step.of && a <= 0.0).then_some(*sense),
                 },
             },
         });
@@ -216,7 +216,10 @@ impl Schedule {
         let (number, (_, until)) = (step.stage, self.stage(step)?);
         let until = until.clone();
         if let Some(longest) = until.iter().filter_map(Stop::steps).max() {
-            self.place.latest.push(now.loads().to_vec());
+            // Not on the way through an increment that was cut.
+            if self.place.control.interval().is_none() {
+                self.place.latest.push(now.loads().to_vec());
+            }
             let surplus = self.place.latest.len().saturating_sub(longest as usize + 1);
             self.place.latest.drain(..surplus);
         }
@@ -237,14 +240,20 @@ impl Schedule {
             Stop::ShearStrain(most) => now.shear_strain() > *most,
             Stop::Settled { load, within, over } => {
                 let latest = &self.place.latest;
-                let before = latest.len().checked_sub(*over as usize + 1);
-                let before = before.and_then(|at| latest.get(at)?.get(*load));
-                let value = now.loads().get(*load);
-                before
-                    .zip(value)
-                    .is_some_and(|(before, value)| (value - before).abs() <= within * value.abs())
+                let Some(from) = latest.len().checked_sub(*over as usize + 1) else {
+                    return false;
+                };
+                let values = latest[from..].iter().filter_map(|loads| loads.get(*load));
+                let least = values.clone().copied().fold(f64::INFINITY, f64::min);
+                let most = values.copied().fold(f64::NEG_INFINITY, f64::max);
+                most - least < within * least.abs().max(most.abs())
             }
         }
+    }
+
+    /// Name of a load.
+    pub fn load(&self, load: usize) -> &str {
+        self.loads.get(load).map_or("", String::as_str)
     }
 
     /// The step is solved in this number of sweeps.

@@ -63,6 +63,8 @@ pub struct StepLine {
     bytes: u64,
     damage: Option<String>,
     pruned: bool,
+    /// Why its stage ended with it before the last increment.
+    ended: Option<String>,
 }
 
 impl StepLine {
@@ -88,6 +90,7 @@ impl StepLine {
             bytes: record.bytes,
             damage: damage(step),
             pruned: record.health == store::StepHealth::Pruned,
+            ended: Some(summary.ended.clone()).filter(|ended| !ended.is_empty()),
         }
     }
 }

@@ -11,7 +11,8 @@ use super::Gradient;
 pub struct Condition {
     /// Name of the boundary, or of the node (displacement only).
     pub on: String,
-    /// Displacement from the initial position; a component that is not given is free. Zero along the normal makes a
+    /// Displacement, which moves by the *change* of its value: a number means "stays where it is", whatever the number, and a
+    /// load counts from its initial value. A component that is not given is free. Held along the normal it makes a
     /// plane of symmetry or a smooth platen (which a second gradient tells apart, see `gradient`).
     pub displacement: Option<Components>,
     /// Pressure normal to the deforming boundary, positive in compression.

@@ -43,8 +43,8 @@ pub struct Control {
     /// Length of the path over the whole stage: each load step moves the nodes by `arc_length`/`steps` (root mean square).
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub arc_length: Option<f64>,
-    /// With `arc_length`: whether the load rises or falls in the first load step. Later ones go on in the direction of
-    /// the deformation.
+    /// With `arc_length`: whether the load rises or falls in the first load step of the stage. Later ones go on in the
+    /// direction of the deformation.
     pub at_first: Option<Sense>,
 }
 
@@ -69,7 +69,8 @@ pub struct Until {
     /// The equivalent shear strain of some Gauss point is above this value.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub shear_strain: Option<f64>,
-    /// This load has come to a limit: it changed by less than `within` of its value over the last `over` load steps.
+    /// This load has come to a limit: over the last `over` increments of the programme its largest and smallest value differ
+    /// by less than `within` of it.
     pub settled: Option<String>,
     /// For `load` and `volume`.
     pub above: Option<f64>,
@@ -78,7 +79,7 @@ pub struct Until {
     /// For `settled`: a part of the value, as 0.01.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub within: Option<f64>,
-    /// For `settled`: a number of load steps.
+    /// For `settled`: a number of increments, cut ones counted once.
     #[schemars(range(min = 1, max = 100_000))]
     pub over: Option<u32>,
 }
