@@ -200,10 +200,14 @@ pub fn in_words(event: &str, data: &Value) -> String {
         ),
         "step_cut" => format!("step {} is cut: {}", number("step"), word("reason")),
         "step_committed" => format!(
-            "step {} committed, {}, digest {:.12}",
+            "step {} committed, {}, digest {:.12}{}",
             number("step"),
             text::bytes(number("bytes")),
-            word("digest")
+            word("digest"),
+            match data["summary"]["ended"].as_str() {
+                Some(why) if !why.is_empty() => format!("; its stage ends: {why}"),
+                _ => String::new(),
+            }
         ),
         "task_failed" => format!(
             "a task of element {} failed: {}",

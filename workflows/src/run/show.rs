@@ -283,7 +283,7 @@ fn facts(
     let past = programme.past.iter();
     let past = past.map(|stage| format!("{} ({} done before)", stage.name, stage.increments));
     let own = programme.stages.iter();
-    let own = own.map(|stage| format!("{} ({})", stage.name, stage.len()));
+    let own = own.map(|stage| input::derive::stage_in_words(stage, &problem.loads));
     let stages: Vec<String> = past.chain(own).collect();
     text.push_str(&format!("  programme  {}\n", stages.join(", ")));
     text

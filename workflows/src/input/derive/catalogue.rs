@@ -91,7 +91,8 @@ pub fn in_words(programme: &Programme, loads: &[String]) -> String {
     stages.join(", ")
 }
 
-fn stage_in_words(stage: &Stage, loads: &[String]) -> String {
+/// A stage in words: `back (shortening to 0 in 5)`.
+pub fn stage_in_words(stage: &Stage, loads: &[String]) -> String {
     let ways: Vec<String> = stage
         .ways
         .iter()

@@ -24,7 +24,7 @@ use super::problem::Problem;
 use super::programme::PastStage;
 use crate::address::RunName;
 
-pub use catalogue::{Entry, catalogue, differences};
+pub use catalogue::{Entry, catalogue, differences, stage_in_words};
 
 /// What a run that takes up another one may change.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
