@@ -44,7 +44,7 @@ pub(super) struct Equilibrium<'a, const D: usize> {
 
 /// What a linear solve gives, on all degrees of freedom.
 pub(super) struct Solution {
-    /// Correction at fixed loads.
+    /// Correction: at fixed loads as solved, with the change of the load that adapts once [`adapt`] was through it.
     pub du: Vec<f64>,
     /// Its change with the load that adapts.
     pub slope: Option<Vec<f64>>,
@@ -144,6 +144,7 @@ pub(super) struct Bounded<'a, const D: usize> {
     pub elastic: &'a [f64],
     /// Elastic tangents of the points as they are.
     pub own: &'a [f64],
+    /// Largest component of the strain of a Gauss point.
     pub reach: f64,
 }
 
