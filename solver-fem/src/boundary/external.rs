@@ -38,7 +38,9 @@ impl ExternalLoads {
         coordinates: &[f64],
         loads: &[f64],
     ) -> Vec<f64> {
-        let mut forces = self.surface.forces::<D>(initial, coordinates, loads);
+        let mut forces = vec![0.0; coordinates.len()];
+        self.surface
+            .add::<D>((initial, coordinates), loads, &mut forces);
         self.body.add::<D>(loads, &mut forces);
         forces
     }

@@ -27,14 +27,14 @@ struct SurfaceLoad {
 
 /// The surface loads of a problem, ready for assembly.
 #[derive(Clone, PartialEq, Debug, Default)]
-pub struct SurfaceLoads {
+pub(super) struct SurfaceLoads {
     loads: Vec<SurfaceLoad>,
     points: Vec<FacetPoint>,
 }
 
 impl SurfaceLoads {
     /// Collects the loads of already checked conditions.
-    pub(crate) fn new<const D: usize>(
+    pub(super) fn new<const D: usize>(
         mesh: &Mesh<D>,
         element: &dyn Element<D>,
         conditions: &[Condition],
@@ -71,15 +71,13 @@ impl SurfaceLoads {
         }
     }
 
-    /// External nodal forces, one per degree of freedom. Dead tractions integrate over `initial`,
-    /// pressures over `coordinates`.
-    pub fn forces<const D: usize>(
+    /// Adds the nodal forces to `forces`, as [`ExternalLoads::forces`](super::ExternalLoads::forces) tells them.
+    pub(super) fn add<const D: usize>(
         &self,
-        initial: &[f64],
-        coordinates: &[f64],
+        (initial, coordinates): (&[f64], &[f64]),
         loads: &[f64],
-    ) -> Vec<f64> {
-        let mut forces = vec![0.0; coordinates.len()];
+        forces: &mut [f64],
+    ) {
         for load in &self.loads {
             let value = load.value.at(loads);
             if value == 0.0 {
@@ -107,12 +105,10 @@ impl SurfaceLoads {
                 }
             }
         }
-        forces
     }
 
-    /// Hands the derivative of **−forces** (internal minus external is what is linearised) to
-    /// `add(element, row, column, value)`, rows and columns being local degrees of freedom.
-    pub(crate) fn stiffness<const D: usize>(
+    /// The derivative of −forces, as [`ExternalLoads::stiffness`](super::ExternalLoads::stiffness) tells it.
+    pub(super) fn stiffness<const D: usize>(
         &self,
         coordinates: &[f64],
         loads: &[f64],

@@ -2,6 +2,8 @@
 
 #![allow(dead_code, reason = "each test file uses its own part")]
 
+pub mod second_gradient;
+
 use std::sync::Arc;
 
 use solver_fem::boundary::{Condition, Target, Value};
