@@ -1,7 +1,9 @@
 //! Automatic step size: fractions of the current increment of the load programme.
 //!
 //! Halve on failure down to a floor, grow by a quarter after easy steps, never beyond the whole
-//! increment. The state is stored with every commit, so that a resumed run takes the same steps.
+//! increment. Beside that, halve where unbalanced forces did too much of the work, down to a quarter, and double where they
+//! did next to none: what a step applied at once overshoots falls faster than the step.
+//! The state is stored with every commit, so that a resumed run takes the same steps.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -19,6 +21,11 @@ pub struct StepControlSettings {
     pub growth: f64,
     /// A step is easy when it took no more sweeps than this.
     pub easy_sweeps: usize,
+    /// Share of the work put into the body that unbalanced forces may do; 0.01. Steps follow half of it, as the first one
+    /// that is above has been taken already. From 1 on they do not follow it.
+    pub unbalanced_work: f64,
+    /// Part of an increment below which no share of work shortens a step; ¼. What is left then is set free by instabilities.
+    pub gentlest: f64,
 }
 
 impl Default for StepControlSettings {
@@ -28,6 +35,8 @@ impl Default for StepControlSettings {
             cut: 0.5,
             growth: 1.25,
             easy_sweeps: 4,
+            unbalanced_work: 0.01,
+            gentlest: 0.25,
         }
     }
 }
@@ -42,17 +51,38 @@ pub struct StepTooSmall {
     pub floor: f64,
 }
 
+/// What a committed step took.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Taken {
+    /// Its sweeps.
+    pub sweeps: usize,
+    /// Work of the stresses on its strains.
+    pub work: f64,
+    /// Work of the unbalanced forces between its iterates.
+    pub released: f64,
+}
+
 /// Step size control within the increments of a load programme.
 #[derive(Serialize, Deserialize, Clone, Copy, PartialEq, Debug)]
 pub struct StepControl {
     settings: StepControlSettings,
     factor: f64,
     position: f64,
+    /// Largest part of an increment for the sake of the unbalanced work.
+    #[serde(default = "whole")]
+    gentle: f64,
+    /// |Work| of all steps, and the increments it was done in.
+    #[serde(default)]
+    work: (f64, f64),
+}
+
+fn whole() -> f64 {
+    1.0
 }
 
 impl StepControl {
     /// Starts with whole increments. Settings out of range are pulled into it: floor to (0, 1],
-    /// cut to [0.1, 0.9], growth to at least 1.
+    /// cut to [0.1, 0.9], growth to at least 1, the share of work to at least 0, and the gentlest step to (0, 1].
     pub fn new(settings: StepControlSettings) -> Self {
         let sane = |value: f64, low: f64, high: f64, fallback: f64| {
             if value.is_finite() {
@@ -66,11 +96,15 @@ impl StepControl {
             cut: sane(settings.cut, 0.1, 0.9, 0.5),
             growth: sane(settings.growth, 1.0, 1e3, 1.25),
             easy_sweeps: settings.easy_sweeps,
+            unbalanced_work: sane(settings.unbalanced_work, 0.0, f64::MAX, 0.01),
+            gentlest: sane(settings.gentlest, 1e-9, 1.0, 0.25),
         };
         StepControl {
             settings,
             factor: 1.0,
             position: 0.0,
+            gentle: 1.0,
+            work: (0.0, 0.0),
         }
     }
 
@@ -79,7 +113,7 @@ impl StepControl {
         if self.position >= 1.0 {
             return None;
         }
-        let to = self.position + self.factor;
+        let to = self.position + self.factor();
         // A sliver shorter than half the floor is not worth a step of its own.
         let to = if to > 1.0 - 0.5 * self.settings.floor {
             1.0
@@ -91,16 +125,37 @@ impl StepControl {
 
     /// Size of the next step as a fraction of an increment.
     pub fn factor(&self) -> f64 {
-        self.factor
+        self.factor.min(self.gentle)
     }
 
-    /// The step was committed after this number of sweeps.
-    pub fn accept(&mut self, sweeps: usize) {
-        if let Some((_, to)) = self.interval() {
+    /// The step was committed.
+    pub fn accept(&mut self, taken: Taken) {
+        if let Some((from, to)) = self.interval() {
             self.position = to;
+            self.follow_work(taken, to - from);
         }
-        if sweeps <= self.settings.easy_sweeps {
+        if taken.sweeps <= self.settings.easy_sweeps {
             self.factor = (self.factor * self.settings.growth).min(1.0);
+        }
+    }
+
+    /// The share of the unbalanced forces is that in the work of the step or, where that is small, as on the way back from
+    /// a load, in the mean work of steps of its size.
+    fn follow_work(&mut self, taken: Taken, size: f64) {
+        /// A step of twice the size does about four times the share.
+        const LITTLE: f64 = 0.25;
+
+        self.work.0 += taken.work.abs();
+        self.work.1 += size;
+        let usual = size * self.work.0 / self.work.1;
+        let aim = 0.5 * self.settings.unbalanced_work * taken.work.abs().max(usual);
+        if self.settings.unbalanced_work >= 1.0 {
+            self.gentle = 1.0;
+        } else if taken.released > aim {
+            let least = self.settings.gentlest.min(self.gentle);
+            self.gentle = (0.5 * self.gentle).max(least);
+        } else if taken.released < LITTLE * aim {
+            self.gentle = (2.0 * self.gentle).min(1.0);
         }
     }
 
@@ -113,7 +168,7 @@ impl StepControl {
         // What was tried may be shorter than the factor, at the end of an increment.
         let tried = self
             .interval()
-            .map_or(self.factor, |(from, to)| (to - from).min(self.factor));
+            .map_or(self.factor(), |(from, to)| (to - from).min(self.factor()));
         if tried <= floor * (1.0 + 1e-12) {
             return Err(StepTooSmall {
                 factor: tried,
@@ -132,9 +187,8 @@ impl StepControl {
     /// The same step size at the same place, following other settings from here on.
     pub fn with_settings(self, settings: StepControlSettings) -> Self {
         StepControl {
-            factor: self.factor,
-            position: self.position,
-            ..Self::new(settings)
+            settings: Self::new(settings).settings,
+            ..self
         }
     }
 
@@ -166,7 +220,7 @@ mod tests {
             assert_eq!(from, last);
             assert!(to > from && to <= 1.0);
             last = to;
-            control.accept(3);
+            control.accept(easy());
             steps += 1;
         }
         assert_eq!(last, 1.0);
@@ -182,7 +236,74 @@ mod tests {
         }
         assert_eq!(control.interval(), Some((0.0, 1.0 / 64.0)));
         assert!(control.cut().is_err());
-        control.accept(20);
+        control.accept(Taken {
+            sweeps: 20,
+            ..easy()
+        });
         assert_eq!(control.factor(), 1.0 / 64.0, "a hard step does not grow");
+    }
+
+    /// The share of the unbalanced forces falls with the square of the step, here 2 % for a whole increment.
+    #[test]
+    fn steps_are_as_long_as_the_unbalanced_work_allows() {
+        let mut control = StepControl::default();
+        let (mut work, mut released) = (0.0, 0.0);
+        let mut sizes = Vec::new();
+        for _ in 0..10 {
+            while let Some((from, to)) = control.interval() {
+                let size = to - from;
+                let taken = Taken {
+                    sweeps: 20,
+                    work: size,
+                    released: 0.02 * size.powi(3),
+                };
+                control.accept(taken);
+                sizes.push(size);
+                work += taken.work;
+                released += taken.released;
+            }
+            control.next_increment();
+        }
+        assert_eq!(sizes[..4], [1.0, 0.5, 0.5, 0.5]);
+        assert!(released < 0.01 * work, "{released} of {work}");
+    }
+
+    #[test]
+    fn a_step_that_does_no_work_is_judged_by_the_usual_one() {
+        let mut control = StepControl::default();
+        for released in [0.0, 1e-4] {
+            let work = if released == 0.0 { 1.0 } else { 1e-9 };
+            control.accept(Taken {
+                sweeps: 20,
+                work,
+                released,
+            });
+            control.next_increment();
+        }
+        assert_eq!(control.factor(), 1.0, "1e-4 is little beside 0.5");
+    }
+
+    #[test]
+    fn instabilities_shorten_steps_to_a_quarter_and_quiet_ones_lengthen_them_again() {
+        let mut control = StepControl::default();
+        let mut after = |released: f64| {
+            control.accept(Taken {
+                sweeps: 20,
+                work: 1.0,
+                released,
+            });
+            control.next_increment();
+            control.factor()
+        };
+        assert_eq!([after(0.1), after(0.1), after(0.1)], [0.5, 0.25, 0.25]);
+        assert_eq!([after(0.002), after(0.0), after(0.0)], [0.25, 0.5, 1.0]);
+    }
+
+    fn easy() -> Taken {
+        Taken {
+            sweeps: 3,
+            work: 1.0,
+            released: 0.0,
+        }
     }
 }

@@ -7,6 +7,7 @@ use solver_fem::{
     ConstitutiveResponse, GaussPointId,
     newton::{FailureReason, MacroState, Request, StepFailure, StepOutcome, StepSettings},
     post,
+    step_control::Taken,
 };
 use store::{Digest, Frame, FrameId, Role, Seal, StepIndex};
 
@@ -335,7 +336,11 @@ impl BodySteps {
             .states_of(outcome.wave)
             .ok_or_else(|| RunError::Engine(format!("wave {} is gone", outcome.wave)))?;
         let cuts = self.schedule.cuts;
-        self.schedule.accept(outcome.sweeps.len());
+        self.schedule.accept(Taken {
+            sweeps: outcome.sweeps.len(),
+            work: outcome.work,
+            released: outcome.released,
+        });
         let reached = BodyReached {
             model: &self.model,
             state: &outcome.state,

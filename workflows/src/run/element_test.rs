@@ -5,7 +5,7 @@ use std::sync::Arc;
 use engine::{Finished, GraphHandle, NodeId, TaskOutcome, TaskSpec};
 use serde::{Deserialize, Serialize};
 use solver_dem::{Component, Control, Method, tensor};
-use solver_fem::{GaussPointId, Tensor2, post};
+use solver_fem::{GaussPointId, Tensor2, post, step_control::Taken};
 use store::{Seal, StepIndex};
 
 use super::{
@@ -194,7 +194,10 @@ impl TestSteps {
         };
         let journal = core.store.journal(core.run, StepIndex(self.step + 1))?;
         let cuts = self.schedule.cuts;
-        self.schedule.accept(1);
+        self.schedule.accept(Taken {
+            sweeps: 1,
+            ..Taken::default()
+        });
         self.reached = TestReached {
             state: TestState {
                 gradient: driven.gradient,

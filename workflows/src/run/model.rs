@@ -281,6 +281,7 @@ pub fn step_control(solver: &SolverSettings) -> StepControlSettings {
     StepControlSettings {
         floor: solver.smallest_step,
         growth: solver.step_growth,
+        unbalanced_work: solver.unbalanced_work,
         ..StepControlSettings::default()
     }
 }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use solver_fem::{
     newton::{Control, Path},
-    step_control::{StepControl, StepControlSettings, StepTooSmall},
+    step_control::{StepControl, StepControlSettings, StepTooSmall, Taken},
 };
 
 use crate::input::{
@@ -256,9 +256,9 @@ impl Schedule {
         self.loads.get(load).map_or("", String::as_str)
     }
 
-    /// The step is solved in this number of sweeps.
-    pub fn accept(&mut self, sweeps: usize) {
-        self.place.control.accept(sweeps);
+    /// The step is solved.
+    pub fn accept(&mut self, taken: Taken) {
+        self.place.control.accept(taken);
         self.cuts = 0;
     }
 
