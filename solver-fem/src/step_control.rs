@@ -1,8 +1,8 @@
 //! Automatic step size: fractions of the current increment of the load programme.
 //!
 //! Halve on failure down to a floor, grow by a quarter after easy steps, never beyond the whole
-//! increment. Beside that, halve where unbalanced forces did too much of the work, down to a quarter, and double where they
-//! did next to none: what a step applied at once overshoots falls faster than the step.
+//! increment. Beside that, halve where the overdamped motion took too much work out of the body, down to a quarter, and
+//! double where it took next to none: what a step applied at once overshoots falls faster than the step.
 //! The state is stored with every commit, so that a resumed run takes the same steps.
 
 use serde::{Deserialize, Serialize};
@@ -21,9 +21,9 @@ pub struct StepControlSettings {
     pub growth: f64,
     /// A step is easy when it took no more sweeps than this.
     pub easy_sweeps: usize,
-    /// Share of the work put into the body that unbalanced forces may do; 0.01. Steps follow half of it, as the first one
-    /// that is above has been taken already. From 1 on they do not follow it.
-    pub unbalanced_work: f64,
+    /// Share of the work put into the body that the overdamped motion may take; 0.01. Steps follow half of it, as the first
+    /// one that is above has been taken already. From 1 on they do not follow it.
+    pub damped_work: f64,
     /// Part of an increment below which no share of work shortens a step; ¼. What is left then is set free by instabilities.
     pub gentlest: f64,
 }
@@ -35,7 +35,7 @@ impl Default for StepControlSettings {
             cut: 0.5,
             growth: 1.25,
             easy_sweeps: 4,
-            unbalanced_work: 0.01,
+            damped_work: 0.01,
             gentlest: 0.25,
         }
     }
@@ -58,8 +58,8 @@ pub struct Taken {
     pub sweeps: usize,
     /// Work of the stresses on its strains.
     pub work: f64,
-    /// Work of the unbalanced forces between its iterates.
-    pub released: f64,
+    /// Work of the unbalanced forces in the overdamped motion.
+    pub damped: f64,
 }
 
 /// Step size control within the increments of a load programme.
@@ -68,7 +68,7 @@ pub struct StepControl {
     settings: StepControlSettings,
     factor: f64,
     position: f64,
-    /// Largest part of an increment for the sake of the unbalanced work.
+    /// Largest part of an increment for the sake of the damped work.
     #[serde(default = "whole")]
     gentle: f64,
     /// |Work| of all steps, and the increments it was done in.
@@ -96,7 +96,7 @@ impl StepControl {
             cut: sane(settings.cut, 0.1, 0.9, 0.5),
             growth: sane(settings.growth, 1.0, 1e3, 1.25),
             easy_sweeps: settings.easy_sweeps,
-            unbalanced_work: sane(settings.unbalanced_work, 0.0, f64::MAX, 0.01),
+            damped_work: sane(settings.damped_work, 0.0, f64::MAX, 0.01),
             gentlest: sane(settings.gentlest, 1e-9, 1.0, 0.25),
         };
         StepControl {
@@ -139,8 +139,8 @@ impl StepControl {
         }
     }
 
-    /// The share of the unbalanced forces is that in the work of the step or, where that is small, as on the way back from
-    /// a load, in the mean work of steps of its size.
+    /// The share is that in the work of the step or, where that is small, as on the way back from a load, in the mean work
+    /// of steps of its size.
     fn follow_work(&mut self, taken: Taken, size: f64) {
         /// A step of twice the size does about four times the share.
         const LITTLE: f64 = 0.25;
@@ -148,13 +148,13 @@ impl StepControl {
         self.work.0 += taken.work.abs();
         self.work.1 += size;
         let usual = size * self.work.0 / self.work.1;
-        let aim = 0.5 * self.settings.unbalanced_work * taken.work.abs().max(usual);
-        if self.settings.unbalanced_work >= 1.0 {
+        let aim = 0.5 * self.settings.damped_work * taken.work.abs().max(usual);
+        if self.settings.damped_work >= 1.0 {
             self.gentle = 1.0;
-        } else if taken.released > aim {
+        } else if taken.damped > aim {
             let least = self.settings.gentlest.min(self.gentle);
             self.gentle = (0.5 * self.gentle).max(least);
-        } else if taken.released < LITTLE * aim {
+        } else if taken.damped < LITTLE * aim {
             self.gentle = (2.0 * self.gentle).min(1.0);
         }
     }
@@ -243,11 +243,11 @@ mod tests {
         assert_eq!(control.factor(), 1.0 / 64.0, "a hard step does not grow");
     }
 
-    /// The share of the unbalanced forces falls with the square of the step, here 2 % for a whole increment.
+    /// The share falls with the square of the step, here 2 % for a whole increment.
     #[test]
-    fn steps_are_as_long_as_the_unbalanced_work_allows() {
+    fn steps_are_as_long_as_the_damped_work_allows() {
         let mut control = StepControl::default();
-        let (mut work, mut released) = (0.0, 0.0);
+        let (mut work, mut damped) = (0.0, 0.0);
         let mut sizes = Vec::new();
         for _ in 0..10 {
             while let Some((from, to)) = control.interval() {
@@ -255,28 +255,28 @@ mod tests {
                 let taken = Taken {
                     sweeps: 20,
                     work: size,
-                    released: 0.02 * size.powi(3),
+                    damped: 0.02 * size.powi(3),
                 };
                 control.accept(taken);
                 sizes.push(size);
                 work += taken.work;
-                released += taken.released;
+                damped += taken.damped;
             }
             control.next_increment();
         }
         assert_eq!(sizes[..4], [1.0, 0.5, 0.5, 0.5]);
-        assert!(released < 0.01 * work, "{released} of {work}");
+        assert!(damped < 0.01 * work, "{damped} of {work}");
     }
 
     #[test]
     fn a_step_that_does_no_work_is_judged_by_the_usual_one() {
         let mut control = StepControl::default();
-        for released in [0.0, 1e-4] {
-            let work = if released == 0.0 { 1.0 } else { 1e-9 };
+        for damped in [0.0, 1e-4] {
+            let work = if damped == 0.0 { 1.0 } else { 1e-9 };
             control.accept(Taken {
                 sweeps: 20,
                 work,
-                released,
+                damped,
             });
             control.next_increment();
         }
@@ -286,11 +286,11 @@ mod tests {
     #[test]
     fn instabilities_shorten_steps_to_a_quarter_and_quiet_ones_lengthen_them_again() {
         let mut control = StepControl::default();
-        let mut after = |released: f64| {
+        let mut after = |damped: f64| {
             control.accept(Taken {
                 sweeps: 20,
                 work: 1.0,
-                released,
+                damped,
             });
             control.next_increment();
             control.factor()
@@ -303,7 +303,7 @@ mod tests {
         Taken {
             sweeps: 3,
             work: 1.0,
-            released: 0.0,
+            damped: 0.0,
         }
     }
 }

@@ -79,6 +79,9 @@ pub struct StepOutcome<const D: usize> {
     pub released: f64,
     /// Every sweep, in order.
     pub sweeps: Vec<SweepReport>,
+    /// The part of `released` that the overdamped motion did: what the stabilisation of the step took out of the body.
+    #[serde(default)]
+    pub damped: f64,
 }
 
 /// A step that could not be solved. The caller cuts the step, from the same committed state.

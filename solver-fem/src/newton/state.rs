@@ -24,6 +24,9 @@ pub(super) struct Iterate {
     pub residual: f64,
     /// Work of the unbalanced forces from end state to end state on the way here.
     pub released: f64,
+    /// The part of it that the overdamped motion did.
+    #[serde(default)]
+    pub damped: f64,
 }
 
 impl Iterate {
@@ -51,6 +54,7 @@ impl Iterate {
                 .collect(),
             residual: f64::INFINITY,
             released: 0.0,
+            damped: 0.0,
         }
     }
 
@@ -111,6 +115,9 @@ pub(super) struct Trial {
     pub size: Size,
     pub safeguarded: usize,
     pub linear_residual: f64,
+    /// The part of `released` that the overdamped motion did.
+    #[serde(default)]
+    pub damped: f64,
 }
 
 #[derive(Serialize, Deserialize, Clone, PartialEq, Debug)]

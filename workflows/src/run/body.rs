@@ -339,7 +339,7 @@ impl BodySteps {
         self.schedule.accept(Taken {
             sweeps: outcome.sweeps.len(),
             work: outcome.work,
-            released: outcome.released,
+            damped: outcome.damped,
         });
         let reached = BodyReached {
             model: &self.model,
@@ -356,6 +356,7 @@ impl BodySteps {
             cuts,
             work: outcome.work,
             released: outcome.released,
+            damped: outcome.damped,
             voids: points.iter().filter(|point| point.is_void()).count() as u32,
             wall_s: self.begun.map_or(0.0, |begun| core.seconds(&begun)),
             ..std::mem::take(&mut self.summary)

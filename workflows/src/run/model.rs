@@ -281,7 +281,7 @@ pub fn step_control(solver: &SolverSettings) -> StepControlSettings {
     StepControlSettings {
         floor: solver.smallest_step,
         growth: solver.step_growth,
-        unbalanced_work: solver.unbalanced_work,
+        damped_work: solver.damped_work,
         ..StepControlSettings::default()
     }
 }

@@ -11,7 +11,7 @@ use super::{
     keeping, lineage, list, load,
     open::explain,
     show_step,
-    summary::RevFigures,
+    summary::{RevFigures, StepSummary},
     text::{self, Align, Table},
     triggers::{self, Trigger},
     view::{RunView, Standing, StepView, View},
@@ -484,15 +484,52 @@ fn steps(run: &RunView) -> String {
     text
 }
 
-/// Work done on a body, and what unbalanced forces did on the way from iterate to iterate: what instabilities set free,
-/// and what a whole load step overshoots before the grains yield.
-pub fn energy(work: f64, released: f64) -> String {
+/// Work done on a body in some steps.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Energy {
+    /// Of the stresses on the strains.
+    work: f64,
+    /// Of the unbalanced forces from iterate to iterate: what instabilities set free, and what a whole load step
+    /// overshoots before the grains yield.
+    released: f64,
+    /// The part of that which the overdamped motion did.
+    damped: f64,
+}
+
+impl Energy {
+    /// Of one step.
+    pub fn of(summary: &StepSummary) -> Self {
+        Self {
+            work: summary.work,
+            released: summary.released,
+            damped: summary.damped,
+        }
+    }
+
+    fn plus(self, other: Self) -> Self {
+        Self {
+            work: self.work + other.work,
+            released: self.released + other.released,
+            damped: self.damped + other.damped,
+        }
+    }
+}
+
+/// The line about it.
+pub fn energy(energy: &Energy) -> String {
+    let Energy {
+        work,
+        released,
+        damped,
+    } = *energy;
     if work == 0.0 {
         return String::new();
     }
+    let share = |part: f64| 100.0 * part / work.abs();
     format!(
-        "  energy     {work:.4e} put into the body; unbalanced forces did {released:.2e} ({:.1} %) between iterates\n",
-        100.0 * released / work.abs()
+        "  energy     {work:.4e} put into the body; unbalanced forces did {:.2} % of it between iterates, {:.2} % in overdamped motion\n",
+        share(released),
+        share(damped),
     )
 }
 
@@ -529,8 +566,7 @@ fn costs(run: &RunView) -> String {
         text::duration(director),
         100.0 * director / (tasks + director)
     ));
-    let work: f64 = run.steps.iter().map(|step| step.summary.work).sum();
-    let released: f64 = run.steps.iter().map(|step| step.summary.released).sum();
-    text.push_str(&energy(work, released));
+    let steps = run.steps.iter().map(|step| Energy::of(&step.summary));
+    text.push_str(&energy(&steps.fold(Energy::default(), Energy::plus)));
     text
 }

@@ -157,7 +157,7 @@ fn heading(run: &RunView, step: &StepView) -> String {
         let voids = text::count(summary.voids as usize, "Gauss point");
         let _ = writeln!(out, "  voids      {voids} whose grains do not touch");
     }
-    out.push_str(&super::show::energy(summary.work, summary.released));
+    out.push_str(&super::show::energy(&super::show::Energy::of(summary)));
     let _ = writeln!(
         out,
         "  time       {:.2} CPU s in tasks, {:.2} s beside them, {:.2} s by the clock",

@@ -42,8 +42,11 @@ pub struct StepSummary {
     #[serde(default)]
     pub voids: u32,
     /// Why its stage ended with it before the last increment; empty where it did not.
-    #[serde(default, skip_serializing_if = "String::is_empty")]
+    #[serde(default)]
     pub ended: String,
+    /// The part of `released` that the overdamped motion did.
+    #[serde(default)]
+    pub damped: f64,
 }
 
 impl StepSummary {

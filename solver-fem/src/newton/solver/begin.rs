@@ -116,6 +116,7 @@ impl<const D: usize> StepSolver<D> {
                     size: Size::Significant,
                     safeguarded: 0,
                     linear_residual: 0.0,
+                    damped: 0.0,
                 },
                 best: None,
                 restored: None,

@@ -23,7 +23,12 @@ impl<const D: usize> StepSolver<D> {
         let balance = self.balance(&iterate)?;
         let ratio = balance.ratio();
         iterate.residual = ratio;
-        iterate.released = trial.released + self.released(&balance.vector);
+        let released = self.released(&balance.vector);
+        iterate.released = trial.released + released;
+        iterate.damped = trial.damped;
+        if phase == Phase::Relaxation {
+            iterate.damped += released;
+        }
         self.state.sweeps.push(SweepReport {
             wave: trial.wave,
             phase,
@@ -102,9 +107,9 @@ impl<const D: usize> StepSolver<D> {
         trial.phase = plan.phase;
         trial.from = from.coordinates.clone();
         trial.from_loads = from.loads.clone();
-        trial.released = match plan.phase {
-            Phase::Pure => 0.0,
-            Phase::Path | Phase::Relaxation => from.released,
+        (trial.released, trial.damped) = match plan.phase {
+            Phase::Pure => (0.0, 0.0),
+            Phase::Path | Phase::Relaxation => (from.released, from.damped),
         };
         trial.unbalanced = unbalanced;
         (trial.base, trial.start, trial.base_coordinates) = match plan.phase {

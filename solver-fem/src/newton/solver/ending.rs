@@ -96,6 +96,7 @@ impl<const D: usize> StepSolver<D> {
             work,
             released: iterate.released,
             sweeps: self.state.sweeps.clone(),
+            damped: iterate.damped,
         };
         self.state.status = Status::Converged(Box::new(outcome));
         Ok(())

@@ -45,10 +45,10 @@ pub struct SolverSettings {
     /// once where a REV finds no equilibrium; but the time limit stops the run, as no result may depend on the clock.
     #[schemars(range(max = 100))]
     pub task_retries: u32,
-    /// Share of the work put into the body that unbalanced forces may do on the way from iterate to iterate. Where a step
-    /// comes near it, the next ones are halved or quartered, until little is done. 1: steps do not follow it.
+    /// Share of the work put into the body that the overdamped motion may take out of it. Where a step comes near it, the
+    /// next ones are halved or quartered, until little is taken. 1: steps do not follow it.
     #[schemars(extend("exclusiveMinimum" = 0.0), range(max = 1.0))]
-    pub unbalanced_work: f64,
+    pub damped_work: f64,
 }
 
 impl Default for SolverSettings {
@@ -66,7 +66,7 @@ impl Default for SolverSettings {
             loss_of_confinement: LossOfConfinement::Isolated,
             task_time_limit: 600.0,
             task_retries: 1,
-            unbalanced_work: 0.01,
+            damped_work: 0.01,
         }
     }
 }
