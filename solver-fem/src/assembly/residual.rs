@@ -31,13 +31,14 @@ pub struct Residual {
 impl Residual {
     /// ‖R_free‖ / max(‖reactions‖, ‖external‖).
     ///
-    /// A body without any support or load force is judged by 10⁻³ of its internal forces, so that
-    /// an unloaded or self-stressed body does not divide by zero.
-    pub fn ratio(&self) -> f64 {
+    /// A body without any support or load force is judged by 10⁻³ of its internal forces, so that a self-stressed body does
+    /// not divide by zero; one without stress by the force `least`, below which there is nothing but rounding.
+    pub fn ratio(&self, least: f64) -> f64 {
         let scale = self
             .reaction_norm
             .max(self.external_norm)
-            .max(1e-3 * self.internal_norm);
+            .max(1e-3 * self.internal_norm)
+            .max(least);
         ratio(self.free_norm, scale)
     }
 }

@@ -95,7 +95,7 @@ fn out_of_balance(
     };
     let balance =
         residual(&model.problem, &at).map_err(|error| RunError::State(error.to_string()))?;
-    let relative = balance.ratio();
+    let relative = balance.ratio(0.0);
     if relative.is_nan() || relative <= UNBALANCED {
         return Ok(None);
     }

@@ -50,7 +50,7 @@ impl<const D: usize> StepSolver<D> {
     ///
     /// Prescribed displacements move by the change of their value over the step, external loads
     /// take their new value. A predictor that cannot be computed is not an error of this function
-    /// but a first request [`Request::Failed`]: a shorter step may succeed.
+    /// but a first request [`Request::Failed`](super::Request::Failed): a shorter step may succeed.
     ///
     /// # Errors
     /// A state or load values that do not fit the problem.

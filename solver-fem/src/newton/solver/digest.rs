@@ -21,7 +21,7 @@ impl<const D: usize> StepSolver<D> {
             responses,
         );
         let balance = self.balance(&iterate)?;
-        let ratio = balance.ratio();
+        let ratio = balance.ratio(self.least_force());
         iterate.residual = ratio;
         let released = self.released(&balance.vector);
         iterate.released = trial.released + released;

@@ -17,6 +17,18 @@ impl<const D: usize> StepSolver<D> {
         iterate.configuration(&self.state.committed)
     }
 
+    /// The least force that a residual is compared with: max|E| L^(D−1) times a strain of 1e-11, L being the diameter of
+    /// the mesh. A thousandth of it, the usual tolerance, is a strain of 1e-14: what the rounding of positions, 1e-16 of
+    /// them, comes to in a mesh of a hundred elements across.
+    pub(super) fn least_force(&self) -> f64 {
+        const STRAIN: f64 = 1e-11;
+
+        let tangents = self.state.committed.elastic_tangents.iter();
+        let stiffest = tangents.fold(0.0_f64, |max, e| max.max(e.abs()));
+        let area = libm::pow(self.problem.mesh().diameter(), (D - 1) as f64);
+        STRAIN * stiffest * area
+    }
+
     /// How far off what controls the step is, in parts of the step; 0 where loads alone do.
     pub(super) fn miss(&self, iterate: &Iterate) -> f64 {
         self.state.control.as_ref().map_or(0.0, |control| {
