@@ -119,6 +119,76 @@ fn a_boundary_without_a_volume_of_its_own_says_why() {
         block.cavity("right"),
         Err(CavityProblem::Open { .. })
     ));
+    let mesh = Mesh::rectangle(&Rectangle {
+        size: [1.0, 2.0],
+        elements: [2, 2],
+    })
+    .expect("sound");
+    let held = vec![hold("bottom", 1), hold("left", 0), hold("right", 0)];
+    let trough = Problem::plane_strain(mesh, held, 0).expect("sound");
+    assert_eq!(
+        trough.cavity("top"),
+        Err(CavityProblem::Parallel {
+            boundary: "top".into(),
+            planes: [0.0, 1.0]
+        })
+    );
+}
+
+/// A mesh drawn with its corner at the origin has its cavity somewhere else, and the same volume.
+#[test]
+fn a_cavity_has_the_same_volume_wherever_its_planes_of_symmetry_meet() {
+    let quarter = vec![hold("symmetry_x", 1), hold("symmetry_y", 0)];
+    let half = vec![hold("symmetry_x", 1), pins().remove(1)];
+    let parts = [
+        (AnnulusExtent::Quarter, quarter),
+        (AnnulusExtent::Half, half),
+        (AnnulusExtent::Full, pins()),
+    ];
+    for (extent, held) in parts {
+        let moved = |by: [f64; 2]| {
+            let mesh = Mesh::annulus(&Annulus {
+                inner_radius: 1.0,
+                outer_radius: 3.0,
+                circumferential: 4,
+                radial: 2,
+                growth: 1.0,
+                extent,
+            });
+            let mut mesh = mesh.expect("sound");
+            for node in &mut mesh.nodes {
+                *node = [node[0] + by[0], node[1] + by[1]];
+            }
+            Problem::plane_strain(mesh, held.clone(), 0).expect("sound")
+        };
+        let (here, there) = (moved([0.0, 0.0]), moved([-7.0, 40.0]));
+        for boundary in ["inner", "outer"] {
+            let [a, b] =
+                [&here, &there].map(|problem| problem.cavity(boundary).expect("ends on planes"));
+            let ratio = b.initial_volume() / a.initial_volume();
+            assert!((ratio - 1.0).abs() < 1e-13, "{boundary}: {ratio}");
+            // Any motion that leaves the planes where they are.
+            let move_on = |problem: &Problem<2>| -> Vec<f64> {
+                let mut x = problem.initial().to_vec();
+                for &dof in &problem.constraints().free {
+                    x[dof] += 0.02 * here.initial()[dof] + 0.01 * (dof as f64).sin();
+                }
+                x
+            };
+            let (x, y) = (move_on(&here), move_on(&there));
+            let (e, f) = (a.expansion(&x), b.expansion(&y));
+            assert!(e > 0.02 && (e - f).abs() < 1e-12, "{boundary}: {e} {f}");
+            let (g, h) = (a.expansion_gradient(&x), b.expansion_gradient(&y));
+            for &dof in &here.constraints().free {
+                assert!(
+                    (g[dof] - h[dof]).abs() < 1e-12,
+                    "{boundary}: {} {}",
+                    g[dof],
+                    h[dof]
+                );
+            }
+        }
+    }
 }
 
 fn follow(

@@ -1,8 +1,9 @@
 //! The volume of a cavity: what a boundary encloses on the side where the body is not.
 //!
-//! V = −(1/D) ∫ x·n ds, n being the outward normal of the body, by the divergence theorem. A boundary that does not
-//! close, as the wall of a quarter cylinder, encloses its volume together with planes of symmetry through the origin, on
-//! which x·n = 0. Then every end of it has to move within such a plane.
+//! V = −(1/D) ∫ (x − c)·n ds, n being the outward normal of the body, by the divergence theorem. A boundary that does not
+//! close, as the wall of a quarter cylinder, encloses its volume together with planes of symmetry x_i = const, at most one
+//! for each axis. c lies on all of them, so that (x − c)·n = 0 there. Then every end of the boundary has to move within
+//! such a plane.
 
 use std::collections::BTreeMap;
 
@@ -21,15 +22,27 @@ pub enum CavityProblem {
     Unknown(String),
     /// An end of the boundary can leave the planes of symmetry.
     #[error(
-        "`{boundary}` is open: it ends at node {node}, which does not stay on a plane of symmetry through the origin (one coordinate 0 and held); lay the middle of the cavity at the origin"
+        "`{boundary}` is open: it ends at {at:?} (node {node}), which stays on no plane of symmetry, where one coordinate is held"
     )]
     Open {
         /// The boundary.
         boundary: String,
         /// Where it ends.
         node: usize,
+        /// The coordinates of the node.
+        at: Vec<f64>,
     },
-    /// The boundary is a plane through the origin.
+    /// Its ends are on parallel planes.
+    #[error(
+        "`{boundary}` ends on parallel planes of symmetry, at {planes:?} along one axis, and encloses nothing with them"
+    )]
+    Parallel {
+        /// The boundary.
+        boundary: String,
+        /// Where the planes are on their axis.
+        planes: [f64; 2],
+    },
+    /// The boundary lies in a plane of symmetry.
     #[error("`{0}` encloses no volume")]
     Flat(String),
 }
@@ -41,6 +54,8 @@ pub struct Cavity<const D: usize> {
     points: Vec<FacetPoint>,
     /// −1 where the boundary is seen from inside, as the outer side of a ring.
     sign: f64,
+    /// Where the planes of symmetry meet that the boundary ends on; 0 along axes that none is normal to.
+    centre: [f64; D],
     initial: f64,
 }
 
@@ -59,16 +74,18 @@ impl<const D: usize> Cavity<D> {
             .ok_or_else(|| CavityProblem::Unknown(boundary.to_owned()))?;
         let initial = mesh.flat_coordinates();
         let size = mesh.diameter();
-        if let Some(node) =
-            open_end::<D>(&facets, element.corner_count(), constraints, &initial, size)
-        {
-            let boundary = boundary.to_owned();
-            return Err(CavityProblem::Open { boundary, node });
-        }
+        let ends = ends(&facets, element.corner_count());
+        let planes = Planes {
+            constraints,
+            initial: &initial,
+            tolerance: 1e-9 * size,
+        };
+        let centre = planes.meet(&ends, boundary)?;
         let mut cavity = Cavity {
             facets,
             points: element.facet_quadrature(),
             sign: 1.0,
+            centre,
             initial: 1.0,
         };
         let volume = cavity.volume(&initial);
@@ -91,7 +108,7 @@ impl<const D: usize> Cavity<D> {
         for facet in &self.facets {
             for point in &self.points {
                 let area = area_vector::<D>(&tangents(point, &facet.nodes, coordinates));
-                sum += point.weight * dot(&place(point, facet, coordinates), &area);
+                sum += point.weight * dot(&self.place(point, facet, coordinates), &area);
             }
         }
         -self.sign * sum / D as f64
@@ -103,7 +120,7 @@ impl<const D: usize> Cavity<D> {
     }
 
     /// The exact derivative of [`expansion`](Self::expansion) with respect to the node positions:
-    /// ∂(x·n ds)/∂x_ai = N_a n_i ds + Σ_k x_j ∂(n_j ds)/∂t_ki ∂N_a/∂s_k.
+    /// ∂((x − c)·n ds)/∂x_ai = N_a n_i ds + Σ_k (x − c)_j ∂(n_j ds)/∂t_ki ∂N_a/∂s_k.
     pub fn expansion_gradient(&self, coordinates: &[f64]) -> Vec<f64> {
         let mut gradient = vec![0.0; coordinates.len()];
         let scale = -self.sign / (D as f64 * self.initial);
@@ -111,7 +128,7 @@ impl<const D: usize> Cavity<D> {
             for point in &self.points {
                 let tangents = tangents::<D>(point, &facet.nodes, coordinates);
                 let area = area_vector(&tangents);
-                let x: [f64; D] = place(point, facet, coordinates);
+                let x = self.place(point, facet, coordinates);
                 let weight = scale * point.weight;
                 for (&node, shape) in facet.nodes.iter().zip(&point.shape) {
                     for i in 0..D {
@@ -131,33 +148,30 @@ impl<const D: usize> Cavity<D> {
         }
         gradient
     }
+
+    /// x − c, x = N_a x_a.
+    fn place(&self, point: &FacetPoint, facet: &Facet, coordinates: &[f64]) -> [f64; D] {
+        let mut x = [0.0; D];
+        for (&node, shape) in facet.nodes.iter().zip(&point.shape) {
+            let node = position::<D>(coordinates, node);
+            for i in 0..D {
+                x[i] += shape * node[i];
+            }
+        }
+        for i in 0..D {
+            x[i] -= self.centre[i];
+        }
+        x
+    }
 }
 
 fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// x = N_a x_a.
-fn place<const D: usize>(point: &FacetPoint, facet: &Facet, coordinates: &[f64]) -> [f64; D] {
-    let mut x = [0.0; D];
-    for (&node, shape) in facet.nodes.iter().zip(&point.shape) {
-        let node = position::<D>(coordinates, node);
-        for i in 0..D {
-            x[i] += shape * node[i];
-        }
-    }
-    x
-}
-
-/// The first node at which a boundary ends without being held on a plane through the origin. It ends at the corners that
-/// a single facet has; on surfaces in three dimensions the rim would have to be told by its sides.
-fn open_end<const D: usize>(
-    facets: &[Facet],
-    corner_count: usize,
-    constraints: &Constraints,
-    initial: &[f64],
-    size: f64,
-) -> Option<usize> {
+/// The corners at which a boundary ends: those that a single facet has. On surfaces in three dimensions the rim would have
+/// to be told by its sides.
+fn ends(facets: &[Facet], corner_count: usize) -> Vec<usize> {
     let mut users: BTreeMap<usize, usize> = BTreeMap::new();
     for facet in facets {
         let nodes = facet.local.iter().zip(&facet.nodes);
@@ -165,16 +179,80 @@ fn open_end<const D: usize>(
             *users.entry(node).or_default() += 1;
         }
     }
-    let stays = |node: &usize| {
-        (0..D).any(|i| {
-            let dof = node * D + i;
-            let held = constraints
-                .prescribed
-                .binary_search_by_key(&dof, |prescribed| prescribed.dof)
-                .is_ok_and(|at| matches!(constraints.prescribed[at].value, Value::Constant(_)));
-            held && initial[dof].abs() <= 1e-9 * size
-        })
-    };
     let ends = users.into_iter().filter(|(_, users)| *users == 1);
-    ends.map(|(node, _)| node).find(|node| !stays(node))
+    ends.map(|(node, _)| node).collect()
+}
+
+/// The planes x_i = const that nodes stay on.
+struct Planes<'a> {
+    constraints: &'a Constraints,
+    initial: &'a [f64],
+    /// Coordinates that differ less are the same.
+    tolerance: f64,
+}
+
+impl Planes<'_> {
+    /// The axes along which a node is held.
+    fn normals<const D: usize>(&self, node: usize) -> impl Iterator<Item = usize> {
+        let prescribed = &self.constraints.prescribed;
+        (0..D).filter(move |i| {
+            prescribed
+                .binary_search_by_key(&(node * D + i), |prescribed| prescribed.dof)
+                .is_ok_and(|at| matches!(prescribed[at].value, Value::Constant(_)))
+        })
+    }
+
+    /// A coordinate; those that are 0 but for rounding are 0.
+    fn coordinate<const D: usize>(&self, node: usize, axis: usize) -> f64 {
+        let x = self.initial[node * D + axis];
+        if x.abs() <= self.tolerance { 0.0 } else { x }
+    }
+
+    /// Where the planes meet that the `ends` of `boundary` stay on. Coordinate planes come first; an end that is held along
+    /// several axes takes a plane that another end needs, where there is one.
+    fn meet<const D: usize>(
+        &self,
+        ends: &[usize],
+        boundary: &str,
+    ) -> Result<[f64; D], CavityProblem> {
+        let on_coordinate_plane = |&node: &usize| {
+            let mut normals = self.normals::<D>(node);
+            normals.any(|i| self.coordinate::<D>(node, i) == 0.0)
+        };
+        if ends.iter().all(on_coordinate_plane) {
+            return Ok([0.0; D]);
+        }
+        let mut planes: [Option<f64>; D] = [None; D];
+        let (certain, choosing): (Vec<usize>, Vec<usize>) = ends
+            .iter()
+            .partition(|&&node| self.normals::<D>(node).count() < 2);
+        for node in certain.into_iter().chain(choosing) {
+            let normals: Vec<usize> = self.normals::<D>(node).collect();
+            let at = |axis: usize| self.coordinate::<D>(node, axis);
+            let same = |axis: usize| planes[axis].map(|x| (x - at(axis)).abs() <= self.tolerance);
+            if normals.iter().any(|&axis| same(axis) == Some(true)) {
+                continue;
+            }
+            match (
+                normals.iter().find(|&&axis| same(axis).is_none()),
+                normals.first(),
+            ) {
+                (Some(&free), _) => planes[free] = Some(at(free)),
+                (None, Some(&taken)) => {
+                    return Err(CavityProblem::Parallel {
+                        boundary: boundary.to_owned(),
+                        planes: [planes[taken].unwrap_or_default(), at(taken)],
+                    });
+                }
+                (None, None) => {
+                    return Err(CavityProblem::Open {
+                        boundary: boundary.to_owned(),
+                        node,
+                        at: position::<D>(self.initial, node).to_vec(),
+                    });
+                }
+            }
+        }
+        Ok(planes.map(Option::unwrap_or_default))
+    }
 }
