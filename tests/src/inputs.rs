@@ -47,3 +47,15 @@ pub fn biaxial_with_cuts(name: &str, grains: u32, steps: u32) -> String {
         "solver: { iterations: 2, relaxation_iterations: 0, loosest_force_tolerance: 1e-3 }";
     format!("{}{solver}\n", biaxial(name, grains, steps))
 }
+
+/// [`biaxial`], pressed and released until the force on its top has fallen by 0.3 of its peak, and pressed again.
+pub fn biaxial_with_a_drop(name: &str, grains: u32) -> String {
+    let input = biaxial(name, grains, 1);
+    let (body, _) = input.split_once("programme:").expect("it has a programme");
+    format!(
+        "{body}programme:
+  - {{ name: and back, cycle: {{ shortening: [-4e-3, 0.0] }}, steps: 5, until: [{{ force: top, along: y, drop: 0.3 }}] }}
+  - {{ name: again, ramp: {{ shortening: -4e-3 }}, steps: 2 }}
+"
+    )
+}

@@ -45,6 +45,13 @@ static SECOND_GRADIENT: Case = Case {
     calm: OnceLock::new(),
 };
 
+/// The end of a stage follows from a peak that earlier sessions have passed.
+static DROP: Case = Case {
+    run: "drop",
+    input: |run| inputs::biaxial_with_a_drop(run, 60),
+    calm: OnceLock::new(),
+};
+
 impl Case {
     fn calm(&self) -> &Calm {
         self.calm.get_or_init(|| {
@@ -129,6 +136,18 @@ fn killed_where_steps_are_cut_it_arrives_at_the_same_bits() {
 fn killed_with_a_second_gradient_it_arrives_at_the_same_bits() {
     for (seed, kills, threads) in [(31, 1, 2), (32, 4, 1)] {
         SECOND_GRADIENT.killed_at_random(seed, kills, threads);
+    }
+}
+
+#[test]
+fn killed_behind_a_peak_it_ends_the_stage_at_the_same_step() {
+    let steps = DROP.calm().history.steps.len();
+    assert!(
+        (8..13).contains(&steps),
+        "{steps} steps: the stage does not end early, the test shows nothing"
+    );
+    for (seed, kills, threads) in [(41, 3, 1), (42, 5, 2)] {
+        DROP.killed_at_random(seed, kills, threads);
     }
 }
 

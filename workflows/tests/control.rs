@@ -103,7 +103,8 @@ fn a_volume_that_cannot_be_measured_is_refused_before_anything_is_stored() {
     let outcome = bench.run(&["submit", &bench.arg("flat.yaml")]);
     assert_ne!(outcome.code, 0);
     assert!(
-        outcome.err.contains("`symmetry_x` encloses no volume"),
+        outcome.err.contains("`symmetry_x` encloses no volume")
+            && outcome.err.contains("flat.yaml:11:59"),
         "{}",
         outcome.err
     );

@@ -6,6 +6,7 @@
 //!
 //! Each stage goes on after a mistake as far as it can, so that one run of the program shows them all.
 
+pub mod body;
 pub mod boundaries;
 mod check;
 pub mod derive;

@@ -25,7 +25,10 @@ use super::{
     summary::StepSummary,
     work::{Done, Job, JobError},
 };
-use crate::{input::SolverSettings, progress::CommittedStep};
+use crate::{
+    input::{SolverSettings, programme::Along},
+    progress::CommittedStep,
+};
 
 /// A body on its way through the load programme.
 pub struct BodySteps {
@@ -409,11 +412,6 @@ impl BodySteps {
             loosely_accepted: summary.loosely_accepted,
         };
         core.step_committed(self.step, &committed, &summary, &line);
-        if !summary.ended.is_empty() {
-            let StepSummary { stage, ended, .. } = &summary;
-            core.progress
-                .note(&format!("stage `{stage}` ends: {ended}"));
-        }
         Ok(())
     }
 }
@@ -441,6 +439,16 @@ impl Reached for BodyReached<'_> {
             .iter()
             .map(|f| post::second_invariant(&post::logarithmic(f)));
         strains.fold(0.0, f64::max)
+    }
+
+    fn displacement(&self, at: &Along) -> f64 {
+        let (problem, target) = (&self.model.problem, self.model.target(&at.on));
+        post::boundary_mean_displacement(problem, &target, &self.state.displacement)[at.component]
+    }
+
+    fn force(&self, at: &Along) -> f64 {
+        let (problem, target) = (&self.model.problem, self.model.target(&at.on));
+        post::boundary_force(problem, &target, &self.state.reactions)[at.component]
     }
 }
 

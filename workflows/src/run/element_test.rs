@@ -20,7 +20,10 @@ use super::{
     work::{Done, DriveJob, Driven, Job},
 };
 use crate::{
-    input::problem::{Control as Prescribed, ElementTest},
+    input::{
+        problem::{Control as Prescribed, ElementTest},
+        programme::Along,
+    },
     progress::CommittedStep,
 };
 
@@ -63,6 +66,16 @@ impl Reached for TestReached {
 
     fn shear_strain(&self) -> f64 {
         post::second_invariant(&post::logarithmic(&self.state.gradient))
+    }
+
+    /// It has no boundary, and its input cannot ask for one.
+    fn displacement(&self, _at: &Along) -> f64 {
+        f64::NAN
+    }
+
+    /// Likewise.
+    fn force(&self, _at: &Along) -> f64 {
+        f64::NAN
     }
 }
 
@@ -238,11 +251,6 @@ impl TestSteps {
             loosely_accepted: summary.loosely_accepted,
         };
         core.step_committed(self.step, &committed, &summary, &line);
-        if !summary.ended.is_empty() {
-            let StepSummary { stage, ended, .. } = &summary;
-            core.progress
-                .note(&format!("stage `{stage}` ends: {ended}"));
-        }
         Ok(())
     }
 }

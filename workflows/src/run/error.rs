@@ -10,6 +10,9 @@ pub enum RunError {
     /// The input does not make a problem after all.
     #[error("{0}")]
     Model(String),
+    /// Its body does not.
+    #[error(transparent)]
+    Body(#[from] crate::input::body::BodyError),
     /// A packing file is of no use.
     #[error("read the packing {path}: {reason}")]
     Packing {

@@ -1,21 +1,19 @@
-//! From the input's words to the macro solver's problem.
+//! A body ready for the macro solver, and how it is solved.
 
 use std::sync::Arc;
 
 use solver_fem::{
-    boundary::{Condition, Target, Value},
+    boundary::Target,
     linear_solver::Method,
-    mesh::{Annulus, AnnulusExtent, Mesh, Rectangle},
     newton::{Relaxation, StepSettings, Strategy, TwoPhase},
-    problem::{Problem, Setup},
-    second_gradient::SecondGradient,
+    problem::Problem,
     step_control::StepControlSettings,
 };
 
 use super::error::RunError;
 use crate::input::{
-    self, Element, Programme, Sector, SolverSettings,
-    problem::{Amount, Body, ConditionKind, Law, Material, Selection},
+    self, Element, Programme, SolverSettings, body,
+    problem::{Body, Law, Material},
 };
 use crate::output::vtu::CellKind;
 
@@ -35,7 +33,7 @@ impl Model {
     /// # Errors
     /// What the mesh or the conditions refuse.
     pub fn new(body: &Body, loads: usize) -> Result<Self, RunError> {
-        let (problem, materials) = parts(body, loads)?;
+        let (problem, materials) = body::problem(body, loads)?;
         Ok(Self {
             problem: Arc::new(problem),
             materials,
@@ -48,7 +46,7 @@ impl Model {
     /// # Errors
     /// What the mesh, the conditions or the linear solver refuse.
     pub fn to_solve(body: &Body, loads: usize, solver: &SolverSettings) -> Result<Self, RunError> {
-        let (problem, materials) = parts(body, loads)?;
+        let (problem, materials) = body::problem(body, loads)?;
         let problem = match solver.linear_solver {
             input::LinearSolver::Multifrontal => problem,
             input::LinearSolver::Faer => problem
@@ -74,6 +72,11 @@ impl Model {
         })
     }
 
+    /// The boundary of this name, or the node set where there is no such boundary.
+    pub fn target(&self, name: &str) -> Target {
+        body::target(self.problem.mesh(), name)
+    }
+
     /// The cells that draw its elements.
     pub fn cell_kind(&self) -> CellKind {
         match self.element {
@@ -82,59 +85,6 @@ impl Model {
             Element::T6 | Element::T6Full => CellKind::QuadraticTriangle,
         }
     }
-}
-
-/// A mesh and what its elements are made of.
-pub struct Divided {
-    /// The mesh with its regions.
-    pub mesh: Mesh<2>,
-    /// Index of the material of each element.
-    pub materials: Vec<usize>,
-    /// Index of the region that gave each element its material; `None` outside of all regions.
-    pub regions: Vec<Option<usize>>,
-}
-
-/// The mesh of a body and its regions; where those overlap, the later one holds.
-///
-/// # Errors
-/// What the mesh refuses.
-pub fn divided(body: &Body) -> Result<Divided, RunError> {
-    let mut mesh = mesh(&body.mesh)?;
-    let mut materials = vec![body.material; mesh.element_count()];
-    let mut regions = vec![None; mesh.element_count()];
-    for (index, region) in body.regions.iter().enumerate() {
-        let elements = match &region.selection {
-            Selection::Elements(elements) => elements.iter().map(|&e| e as usize).collect(),
-            Selection::Box(within) => mesh.elements_in_box(within.from, within.to),
-        };
-        mesh.assign_region(&region.name, &elements)
-            .map_err(|error| RunError::Model(error.to_string()))?;
-        for element in elements {
-            materials[element] = region.material;
-            regions[element] = Some(index);
-        }
-    }
-    Ok(Divided {
-        mesh,
-        materials,
-        regions,
-    })
-}
-
-fn parts(body: &Body, loads: usize) -> Result<(Problem<2>, Vec<usize>), RunError> {
-    let Divided {
-        mesh, materials, ..
-    } = divided(body)?;
-    let mut conditions = conditions(body, &mesh);
-    conditions.extend(body_force(body));
-    let element = body.mesh.element().plane().element();
-    let second_gradient = second_gradient(body, &mesh);
-    let setup = Setup {
-        second_gradient,
-        ..Setup::new(mesh, element, conditions, loads)
-    };
-    let problem = Problem::build(setup).map_err(|error| RunError::Model(error.to_string()))?;
-    Ok((problem, materials))
 }
 
 /// Whether what a problem asks of its body can be computed, volumes above all.
@@ -147,103 +97,6 @@ pub fn check(problem: &input::Problem) -> Result<(), RunError> {
             Model::new(body, problem.loads.len())?.check(&problem.programme)
         }
         input::problem::Model::ElementTest(_) => Ok(()),
-    }
-}
-
-/// The modulus of every region of the mesh.
-fn second_gradient(body: &Body, mesh: &Mesh<2>) -> SecondGradient {
-    let Some(spec) = &body.second_gradient else {
-        return SecondGradient::default();
-    };
-    let of_region = |name: &String| spec.regions.get(name).copied().unwrap_or(spec.modulus);
-    SecondGradient {
-        moduli: mesh.region_names.iter().map(of_region).collect(),
-        sides: spec.sides.clone(),
-    }
-}
-
-fn mesh(mesh: &input::Mesh) -> Result<Mesh<2>, RunError> {
-    let (grid, per_row) = match mesh {
-        input::Mesh::Rectangle(rectangle) => {
-            let elements = rectangle.elements.map(|n| n as usize);
-            let size = rectangle.size;
-            (Mesh::rectangle(&Rectangle { size, elements }), elements[0])
-        }
-        input::Mesh::Annulus(annulus) => {
-            let [circumferential, radial] = annulus.elements.map(|n| n as usize);
-            let ring = Annulus {
-                inner_radius: annulus.inner_radius,
-                outer_radius: annulus.outer_radius,
-                circumferential,
-                radial,
-                growth: annulus.growth,
-                extent: match annulus.sector {
-                    Sector::Quarter => AnnulusExtent::Quarter,
-                    Sector::Half => AnnulusExtent::Half,
-                    Sector::Full => AnnulusExtent::Full,
-                },
-            };
-            (Mesh::annulus(&ring), radial)
-        }
-        input::Mesh::Imported(imported) => return Ok(imported.mesh()),
-    };
-    let grid = grid.map_err(|error| RunError::Model(error.to_string()))?;
-    Ok(match mesh.element() {
-        Element::Q8 | Element::Q8Full => grid,
-        Element::Q4 => grid.into_linear(),
-        Element::T6 | Element::T6Full => grid.into_triangles(per_row),
-    })
-}
-
-fn conditions(body: &Body, mesh: &Mesh<2>) -> Vec<Condition> {
-    let mut conditions = Vec::new();
-    for condition in &body.conditions {
-        let on = &condition.on;
-        match condition.kind {
-            ConditionKind::Displacement { component, value } => {
-                let target = if mesh.boundaries.contains_key(on) {
-                    Target::boundary(on)
-                } else {
-                    Target::node_set(on)
-                };
-                conditions.push(Condition::displacement(target, component, amount(value)));
-            }
-            ConditionKind::Pressure(value) => {
-                conditions.push(Condition::Pressure {
-                    boundary: on.clone(),
-                    value: amount(value),
-                });
-            }
-            ConditionKind::Traction(values) => {
-                for (component, value) in values.into_iter().enumerate() {
-                    // Along a held component a zero is how the input says that nothing acts.
-                    if value == Amount::Constant(0.0) {
-                        continue;
-                    }
-                    conditions.push(Condition::Traction {
-                        boundary: on.clone(),
-                        component,
-                        value: amount(value),
-                    });
-                }
-            }
-        }
-    }
-    conditions
-}
-
-/// The components of a body force that are not 0 throughout.
-fn body_force(body: &Body) -> impl Iterator<Item = Condition> {
-    let components = body.body_force.into_iter().flatten().enumerate();
-    components
-        .filter(|(_, value)| *value != Amount::Constant(0.0))
-        .map(|(component, value)| Condition::body_force(component, amount(value)))
-}
-
-fn amount(amount: Amount) -> Value {
-    match amount {
-        Amount::Constant(value) => Value::Constant(value),
-        Amount::Load(index) => Value::load(index),
     }
 }
 

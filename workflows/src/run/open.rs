@@ -98,6 +98,7 @@ pub fn kind(error: &RunError) -> FailureKind {
     match error {
         // Nothing is wrong with the store: the user gave the step up.
         RunError::Model(_)
+        | RunError::Body(_)
         | RunError::Packing { .. }
         | RunError::Read(store::ReadError::Pruned(_)) => FailureKind::Usage,
         RunError::Preparation { .. }

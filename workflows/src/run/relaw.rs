@@ -9,12 +9,11 @@ use std::{
 use super::{
     draw::scattered_friction,
     error::RunError,
-    model,
     packings::{elastic_point, law},
     point::{PlaneRev, PointState},
 };
 use crate::input::{
-    Problem,
+    Problem, body,
     problem::{Body, Law, Material, Model as InputModel},
 };
 
@@ -124,7 +123,7 @@ fn places_of_points(problem: &Problem, count: usize) -> Result<Vec<Place>, RunEr
 
 fn places_in(body: &Body) -> Result<Vec<Place>, RunError> {
     let per_element = body.mesh.points_per_element();
-    let materials = model::divided(body)?.materials;
+    let materials = body::divided(body)?.materials;
     let each = materials.into_iter().zip(0..);
     let places = each.map(|(material, element)| Place {
         material,

@@ -12,7 +12,10 @@ use super::{
 use crate::{
     address::RevAddress,
     failure::{Failure, FailureKind},
-    input::problem::{Law, Model, Problem},
+    input::{
+        body,
+        problem::{Law, Model, Problem},
+    },
 };
 
 /// A REV as a committed step has it.
@@ -55,7 +58,7 @@ pub fn find(context: &Context<'_>, address: &RevAddress) -> Result<RevOfStep, Fa
 fn confining_stress(problem: &Problem, element: usize) -> f64 {
     let material = match &problem.model {
         Model::ElementTest(test) => Some(test.material),
-        Model::Body(body) => super::model::divided(body)
+        Model::Body(body) => body::divided(body)
             .ok()
             .and_then(|divided| divided.materials.get(element).copied()),
     };

@@ -1,6 +1,6 @@
 //! Where a run is in its load programme.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer, ser::SerializeStruct};
 use solver_fem::{
     newton::{Control, Path},
     step_control::{StepControl, StepControlSettings, StepTooSmall, Taken},
@@ -8,11 +8,11 @@ use solver_fem::{
 
 use crate::input::{
     Problem, Step,
-    programme::{Followed, Stop},
+    programme::{Along, Followed, Measured, Stop},
 };
 
 /// The place in the programme: stored with every commit, so that a resumed run takes the same steps.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Place {
     /// Increments that are done.
     pub increments: u64,
@@ -20,8 +20,34 @@ pub struct Place {
     pub control: StepControl,
     /// Load values at the beginning of the present stage and at the ends of its latest increments, newest last, as far as
     /// its end may depend on them.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(default)]
     pub latest: Vec<Vec<f64>>,
+    /// The largest magnitude since the present stage began of what each of its conditions measures, 0 for those that look
+    /// for no peak; empty where none does.
+    #[serde(default)]
+    pub peaks: Vec<f64>,
+}
+
+/// A place is stored as an array. What it has not is left out at the end of it, so that what a place in a plain programme
+/// is stored as does not change with what others may have.
+impl Serialize for Place {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let len = match (self.latest.as_slice(), self.peaks.as_slice()) {
+            (_, [_, ..]) => 4,
+            ([_, ..], []) => 3,
+            ([], []) => 2,
+        };
+        let mut fields = serializer.serialize_struct("Place", len)?;
+        fields.serialize_field("increments", &self.increments)?;
+        fields.serialize_field("control", &self.control)?;
+        if len > 2 {
+            fields.serialize_field("latest", &self.latest)?;
+        }
+        if len > 3 {
+            fields.serialize_field("peaks", &self.peaks)?;
+        }
+        fields.end()
+    }
 }
 
 impl Place {
@@ -78,6 +104,18 @@ pub trait Reached {
     fn expansion(&self, boundary: &str) -> f64;
     /// Largest equivalent shear strain of a Gauss point.
     fn shear_strain(&self) -> f64;
+    /// Mean displacement of the nodes there from their initial positions.
+    fn displacement(&self, at: &Along) -> f64;
+    /// Force that the supports there exert on the body.
+    fn force(&self, at: &Along) -> f64;
+}
+
+/// The value of what may pass a peak.
+fn measure(what: &Measured, now: &impl Reached) -> f64 {
+    match what {
+        Measured::Load(load) => now.loads().get(*load).copied().unwrap_or(f64::NAN),
+        Measured::Force(at) => now.force(at),
+    }
 }
 
 impl Schedule {
@@ -97,6 +135,7 @@ impl Schedule {
                 increments: 0,
                 control: StepControl::new(control),
                 latest: Vec::new(),
+                peaks: Vec::new(),
             },
             cuts: 0,
         }
@@ -139,6 +178,7 @@ impl Schedule {
                 self.place.control.next_increment();
                 if self.step().map(|step| step.stage) != before {
                     self.place.latest.clear();
+                    self.place.peaks.clear();
                 }
                 self.place.control.interval()?
             }
@@ -150,6 +190,7 @@ impl Schedule {
         if looks_back && self.place.latest.is_empty() {
             self.place.latest.push(now.loads().to_vec());
         }
+        self.mark_peaks(now);
         let step = self.step()?;
         let (a, b) = part;
         let towards = |value: f64, target: f64| {
@@ -223,14 +264,37 @@ impl Schedule {
             let surplus = self.place.latest.len().saturating_sub(longest as usize + 1);
             self.place.latest.drain(..surplus);
         }
-        let stop = until.into_iter().find(|stop| self.is_met(stop, now))?;
+        self.mark_peaks(now);
+        let mut numbered = until.into_iter().enumerate();
+        let (_, stop) = numbered.find(|(index, stop)| self.is_met(*index, stop, now))?;
         let last = self.steps.iter().rposition(|step| step.stage == number)?;
         self.place.increments = self.offset + last as u64;
         self.place.control.end_increment();
         Some(stop.words(&self.loads))
     }
 
-    fn is_met(&self, stop: &Stop, now: &impl Reached) -> bool {
+    /// Raises the peaks of the present stage to what is reached now, the same state counting once however often it is looked at.
+    fn mark_peaks(&mut self, now: &impl Reached) {
+        let Some((_, until)) = self.step().and_then(|step| self.stage(step)) else {
+            return;
+        };
+        let drops = until.iter().map(|stop| match stop {
+            Stop::Drop(what, _) => Some(measure(what, now).abs()),
+            _ => None,
+        });
+        let reached: Vec<Option<f64>> = drops.collect();
+        if reached.iter().all(Option::is_none) {
+            return;
+        }
+        let peaks = &mut self.place.peaks;
+        peaks.resize(reached.len(), 0.0);
+        for (peak, value) in peaks.iter_mut().zip(reached) {
+            *peak = peak.max(value.unwrap_or(0.0));
+        }
+    }
+
+    /// Whether the condition of this index in the present stage is met.
+    fn is_met(&self, index: usize, stop: &Stop, now: &impl Reached) -> bool {
         match stop {
             Stop::Load(load, bound) => now
                 .loads()
@@ -238,6 +302,13 @@ impl Schedule {
                 .is_some_and(|value| bound.holds(*value)),
             Stop::Volume(boundary, bound) => bound.holds(now.expansion(boundary)),
             Stop::ShearStrain(most) => now.shear_strain() > *most,
+            Stop::Displacement(at, bound) => bound.holds(now.displacement(at)),
+            Stop::Force(at, bound) => bound.holds(now.force(at)),
+            Stop::Drop(what, part) => {
+                let peak = self.place.peaks.get(index).copied().unwrap_or(0.0);
+                // Where nothing acted yet, nothing has dropped.
+                peak > 0.0 && measure(what, now).abs() <= (1.0 - part) * peak
+            }
             Stop::Settled { load, within, over } => {
                 let latest = &self.place.latest;
                 let Some(from) = latest.len().checked_sub(*over as usize + 1) else {

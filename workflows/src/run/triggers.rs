@@ -5,14 +5,10 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::{
-    draw::scattered_friction,
-    error::RunError,
-    model::{self, Divided},
-    text,
-};
+use super::{draw::scattered_friction, error::RunError, text};
 use crate::input::{
     Packings, Problem,
+    body::{self, Divided},
     derive::catalogue,
     problem::{Body, Law, Material, Model, Origin, Rev},
 };
@@ -82,7 +78,7 @@ pub fn triggers(problem: &Problem) -> Result<Option<Vec<Trigger>>, RunError> {
     let Model::Body(body) = &problem.model else {
         return Ok(None);
     };
-    let divided = model::divided(body)?;
+    let divided = body::divided(body)?;
     let used = elements_by_material(&divided);
     let revs: Vec<(&Material, &Rev, &[u64])> = used
         .iter()

@@ -213,7 +213,7 @@ fn merged<T: Serialize + DeserializeOwned>(
 /// The stages at `programme`, from the values that the loads have at the step.
 fn programme(reader: &mut Reader<'_, '_>, junction: &Junction<'_>) -> Option<Programme> {
     let mut loads = Loads::given(&junction.problem.loads, junction.loads);
-    let subject = Subject::of(&junction.problem.model);
+    let subject = Subject::of(&junction.problem.model, junction.loads.len());
     let programme = read_programme(reader, &mut loads, Some(&subject))?;
     Some(Programme {
         past: junction.past.to_vec(),

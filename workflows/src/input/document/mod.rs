@@ -23,7 +23,7 @@ pub use element_test::{Component, Control, ElementTest, LoadPath};
 pub use material::{Elastic, Material, Packings, Rev};
 pub use mesh::{Annulus, Box2, Element, Gmsh, Mesh, Rectangle, Region, Sector};
 pub use packing::{Fraction, Means, Sizes, Target};
-pub use programme::{Control as StageControl, Sense, Stage, Until};
+pub use programme::{Axis, Control as StageControl, Sense, Stage, Until};
 pub use second_gradient::{Gradient, SecondGradient};
 pub use settings::{Field, LinearSolver, LossOfConfinement, OutputSettings, SolverSettings};
 

@@ -58,30 +58,51 @@ pub enum Sense {
     Falling,
 }
 
-/// What ends a stage: exactly one of `load`, `volume`, `shear_strain`, `settled`.
+/// What ends a stage: exactly one of `load`, `volume`, `displacement`, `force`, `shear_strain`, `settled`.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Until {
-    /// This load is `above` or `below` a value.
+    /// This load is `above` or `below` a value, or has fallen from its peak by a part, `drop`.
     pub load: Option<String>,
     /// V/V0 − 1 of the cavity behind this boundary is `above` or `below` a value.
     pub volume: Option<String>,
+    /// The mean displacement of the nodes of this boundary or node set `along` an axis is `above` or `below` a value: the
+    /// column `ux_NAME` or `uy_NAME` of the curves.
+    pub displacement: Option<String>,
+    /// The force `along` an axis that the supports of this boundary or node set exert on the body is `above` or `below` a
+    /// value, or has fallen from its peak by a part, `drop`: the column `fx_NAME` or `fy_NAME` of the curves.
+    pub force: Option<String>,
     /// The equivalent shear strain of some Gauss point is above this value.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub shear_strain: Option<f64>,
     /// This load has come to a limit: over the last `over` increments of the programme its largest and smallest value differ
     /// by less than `within` of it.
     pub settled: Option<String>,
-    /// For `load` and `volume`.
+    /// For `displacement` and `force`: the axis.
+    pub along: Option<Axis>,
+    /// For `load`, `volume`, `displacement` and `force`.
     pub above: Option<f64>,
-    /// For `load` and `volume`.
+    /// For `load`, `volume`, `displacement` and `force`.
     pub below: Option<f64>,
+    /// For `load` and `force`: the part of its largest magnitude since the stage began that it has lost, as 0.2.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 1.0))]
+    pub drop: Option<f64>,
     /// For `settled`: a part of the value, as 0.01.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub within: Option<f64>,
     /// For `settled`: a number of increments, cut ones counted once.
     #[schemars(range(min = 1, max = 100_000))]
     pub over: Option<u32>,
+}
+
+/// An axis of the plane.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Axis {
+    /// Along x.
+    X,
+    /// Along y.
+    Y,
 }
 
 /// A hold has no settings: `{}`.

@@ -1,8 +1,10 @@
 //! The load programme: from named loads and stages to one pair of load values per load step.
 
-use std::fmt;
+mod stop;
 
 use serde::{Deserialize, Serialize};
+
+pub use stop::{Along, Bound, Measured, Stop};
 
 /// The most load steps of one programme.
 pub const MOST_STEPS: u64 = 1_000_000;
@@ -96,78 +98,6 @@ pub enum Followed {
         /// Sign of the first change of the load.
         sense: f64,
     },
-}
-
-/// What may end a stage early.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub enum Stop {
-    /// A load comes to a value.
-    Load(usize, Bound),
-    /// V/V0 − 1 of the cavity behind a boundary comes to a value.
-    Volume(String, Bound),
-    /// The equivalent shear strain of some Gauss point exceeds a value.
-    ShearStrain(f64),
-    /// A load changes no more: over so many increments all its values lie within this part of the largest.
-    Settled {
-        /// Index of the load.
-        load: usize,
-        /// Largest less smallest value, over the largest magnitude.
-        within: f64,
-        /// Number of increments of the programme.
-        over: u32,
-    },
-}
-
-impl Stop {
-    /// What it says, `loads` being the names of the loads.
-    pub fn words(&self, loads: &[String]) -> String {
-        let name = |load: &usize| loads.get(*load).map_or("", String::as_str);
-        match self {
-            Self::Load(load, bound) => format!("`{}` is {bound}", name(load)),
-            Self::Volume(boundary, bound) => format!("the volume of `{boundary}` is {bound}"),
-            Self::ShearStrain(most) => format!("a shear strain is above {most}"),
-            Self::Settled { load, within, over } => {
-                let name = name(load);
-                format!("`{name}` kept within {within} of its value over {over} increments")
-            }
-        }
-    }
-
-    /// How many increments back it looks.
-    pub fn steps(&self) -> Option<u32> {
-        match self {
-            Self::Settled { over, .. } => Some(*over),
-            Self::Load(..) | Self::Volume(..) | Self::ShearStrain(_) => None,
-        }
-    }
-}
-
-/// A value that is come to from below or from above.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub enum Bound {
-    /// At this value or above it.
-    Above(f64),
-    /// At this value or below it.
-    Below(f64),
-}
-
-impl fmt::Display for Bound {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Above(value) => write!(f, "above {value}"),
-            Self::Below(value) => write!(f, "below {value}"),
-        }
-    }
-}
-
-impl Bound {
-    /// Whether `value` is there.
-    pub fn holds(self, value: f64) -> bool {
-        match self {
-            Self::Above(bound) => value >= bound,
-            Self::Below(bound) => value <= bound,
-        }
-    }
 }
 
 /// One increment of the programme: one load step, unless the solver has to cut it.

@@ -1,31 +1,15 @@
-//! What a stage follows in place of a load, and what ends it early.
+//! What a stage follows in place of a load.
+
+use solver_fem::boundary::CavityProblem;
 
 use super::loads::Loads;
 use super::read::Reader;
-use crate::input::boundaries::{Place, PlaceKind, places};
+use super::subject::Subject;
+use crate::input::boundaries::PlaceKind;
 use crate::input::document::{self, Sense};
 use crate::input::path::Path;
-use crate::input::problem::Model;
-use crate::input::programme::{Bound, Control, Followed, Stop};
-use crate::input::report::{list, suggest};
-
-/// What a programme loads.
-pub enum Subject {
-    /// A body with these boundaries and nodes.
-    Body(Vec<Place>),
-    /// One point of a material.
-    ElementTest,
-}
-
-impl Subject {
-    /// That of a model.
-    pub fn of(model: &Model) -> Self {
-        match model {
-            Model::Body(body) => Subject::Body(places(&body.mesh)),
-            Model::ElementTest(_) => Subject::ElementTest,
-        }
-    }
-}
+use crate::input::programme::{Control, Followed};
+use crate::input::report::suggest;
 
 /// The control written at `path`.
 pub fn control(
@@ -33,7 +17,7 @@ pub fn control(
     path: &Path,
     written: &document::StageControl,
     loads: &mut Loads,
-    subject: Option<&Subject>,
+    subject: Option<&Subject<'_>>,
 ) -> Option<Control> {
     if matches!(subject, Some(Subject::ElementTest)) {
         let message = "an element test has no boundary whose load could adapt";
@@ -99,128 +83,43 @@ pub fn control(
     })
 }
 
-/// The conditions written at `path`.
-pub fn until(
-    reader: &mut Reader<'_, '_>,
-    path: &Path,
-    written: &[document::Until],
-    loads: &mut Loads,
-    subject: Option<&Subject>,
-) -> Option<Vec<Stop>> {
-    let stops = written.iter().enumerate();
-    let stops: Vec<Option<Stop>> = stops
-        .map(|(index, written)| stop(reader, &path.index(index), written, loads, subject))
-        .collect();
-    stops.into_iter().collect()
-}
-
-fn stop(
-    reader: &mut Reader<'_, '_>,
-    path: &Path,
-    written: &document::Until,
-    loads: &mut Loads,
-    subject: Option<&Subject>,
-) -> Option<Stop> {
-    let given = |keys: &[(&'static str, bool)]| -> Vec<&'static str> {
-        let given = keys.iter().filter(|(_, given)| *given);
-        given.map(|(key, _)| *key).collect()
-    };
-    let what = given(&[
-        ("load", written.load.is_some()),
-        ("volume", written.volume.is_some()),
-        ("shear_strain", written.shear_strain.is_some()),
-        ("settled", written.settled.is_some()),
-    ]);
-    let sides = given(&[
-        ("above", written.above.is_some()),
-        ("below", written.below.is_some()),
-    ]);
-    let span = given(&[
-        ("within", written.within.is_some()),
-        ("over", written.over.is_some()),
-    ]);
-    let needed: (&[&str], &[&str]) = match what.as_slice() {
-        ["load" | "volume"] => (&sides, &span),
-        ["settled"] => (&span, &sides),
-        ["shear_strain"] => (&[], if sides.is_empty() { &span } else { &sides }),
-        [] if reader.is_misspelt(path) => return None,
-        _ => {
-            let message = match what.len() {
-                0 => "this condition says nothing".to_owned(),
-                _ => format!("one condition cannot be about {} together", list(what)),
-            };
-            let help = "write one of `{ load: …, above: … }`, `{ volume: …, above: … }`, `{ shear_strain: … }`, `{ settled: …, within: 0.01, over: 5 }`; several conditions are several entries, of which any ends the stage";
-            reader.report.at(path, message, help.to_owned());
-            return None;
-        }
-    };
-    if let Some(key) = needed.1.first() {
-        let message = format!("`{key}` does not belong to `{}`", what[0]);
-        reader
-            .report
-            .at_key(&path.key(*key), message, "remove it".to_owned());
-        return None;
-    }
-    let complete = match what[0] {
-        "settled" => needed.0.len() == 2,
-        "shear_strain" => true,
-        _ => needed.0.len() == 1,
-    };
-    if !complete && !reader.is_misspelt(path) {
-        let help = match what[0] {
-            "settled" => "write both `within: 0.01` and `over: 5`",
-            _ => "write one of `above: …`, `below: …`",
-        };
-        let message = format!("when `{}` ends the stage is not said", what[0]);
-        reader.report.at(path, message, help.to_owned());
-        return None;
-    }
-    let bound = match (written.above, written.below) {
-        (Some(value), _) => Bound::Above(value),
-        (None, below) => Bound::Below(below.unwrap_or_default()),
-    };
-    let mut load = |reader: &mut Reader<'_, '_>, key: &str, name: &Option<String>| {
-        let name = name.as_deref()?;
-        loads.find(reader, &path.key(key), name)
-    };
-    match what[0] {
-        "load" => Some(Stop::Load(load(reader, "load", &written.load)?, bound)),
-        "settled" => Some(Stop::Settled {
-            load: load(reader, "settled", &written.settled)?,
-            within: written.within?,
-            over: written.over?,
-        }),
-        "shear_strain" => written.shear_strain.map(Stop::ShearStrain),
-        _ => {
-            let boundary = written.volume.as_deref()?;
-            let at = path.key("volume");
-            Some(Stop::Volume(cavity(reader, &at, boundary, subject)?, bound))
-        }
-    }
-}
-
-/// The name of a boundary, where there is one; whether it encloses a volume is seen when the mesh is built.
-fn cavity(
+/// The name of a boundary with a volume behind it, where there is one.
+pub fn cavity(
     reader: &mut Reader<'_, '_>,
     path: &Path,
     name: &str,
-    subject: Option<&Subject>,
+    subject: Option<&Subject<'_>>,
 ) -> Option<String> {
-    let places = match subject? {
-        Subject::Body(places) => places,
+    let body = match subject? {
+        Subject::Body(body) => body,
         Subject::ElementTest => {
             let message = "an element test has no cavity";
             reader.report.at_key(path, message, None);
             return None;
         }
     };
-    let boundaries = places.iter().filter(|place| place.kind != PlaceKind::Node);
+    let boundaries = body.places.iter();
+    let boundaries = boundaries.filter(|place| place.kind != PlaceKind::Node);
     let names: Vec<&str> = boundaries.map(|place| place.name.as_str()).collect();
-    if names.contains(&name) {
-        return Some(name.to_owned());
+    if !names.contains(&name) {
+        let message = format!("the mesh has no boundary `{name}`");
+        let help = suggest(name, names.iter().copied(), "boundaries");
+        reader.report.at_key(path, message, help);
+        return None;
     }
-    let message = format!("the mesh has no boundary `{name}`");
-    let help = suggest(name, names.iter().copied(), "boundaries");
-    reader.report.at_key(path, message, help);
-    None
+    if let Some(problem) = body.cavity_problem(name) {
+        let help = match problem {
+            CavityProblem::Open { .. } | CavityProblem::Parallel { .. } => {
+                "a boundary with a volume is closed, or ends on planes of symmetry x = const and y = const, at most one of each, along which it is free: `{ on: …, displacement: { x: 0 } }`"
+            }
+            CavityProblem::Unknown(_) | CavityProblem::Flat(_) => {
+                "name the wall of the cavity, as `inner` of a ring"
+            }
+        };
+        reader
+            .report
+            .at_key(path, problem.to_string(), help.to_owned());
+        return None;
+    }
+    Some(name.to_owned())
 }

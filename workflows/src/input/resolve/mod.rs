@@ -15,15 +15,17 @@ mod programme;
 mod read;
 mod rigid;
 mod second_gradient;
+mod subject;
+mod until;
 
 use std::collections::BTreeSet;
 use std::path::Path as FilePath;
 
-pub use self::follow::Subject;
 pub use self::loads::Loads;
 use self::materials::Materials;
 pub use self::programme::read as read_programme;
 pub use self::read::Reader;
+pub use self::subject::Subject;
 use super::document::{OutputSettings, SolverSettings};
 use super::path::Path;
 use super::problem::{Body, Model, Problem};
@@ -43,7 +45,8 @@ pub fn resolve(
     let mut loads = Loads::read(&mut reader);
     let materials = Materials::read(&mut reader, base);
     let model = model(&mut reader, &mut loads, &materials, base);
-    let subject = model.as_ref().map(Subject::of);
+    let count = loads.names().count();
+    let subject = model.as_ref().map(|model| Subject::of(model, count));
     let programme = programme::read(&mut reader, &mut loads, subject.as_ref());
     let solver: Option<SolverSettings> = reader.optional(&root.key("solver"));
     if let Some(solver) = &solver {

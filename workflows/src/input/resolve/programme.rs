@@ -1,8 +1,10 @@
 //! The programme: stages of one kind each, on loads that exist.
 
-use super::follow::{self, Subject};
+use super::follow;
 use super::loads::Loads;
 use super::read::Reader;
+use super::subject::Subject;
+use super::until::until;
 use crate::input::document;
 use crate::input::path::Path;
 use crate::input::programme::{MOST_STEPS, Programme, Stage, Way};
@@ -12,7 +14,7 @@ use crate::input::report::list;
 pub fn read(
     reader: &mut Reader<'_, '_>,
     loads: &mut Loads,
-    subject: Option<&Subject>,
+    subject: Option<&Subject<'_>>,
 ) -> Option<Programme> {
     let section = Path::root().key("programme");
     let mut seen: Vec<String> = Vec::new();
@@ -43,7 +45,7 @@ fn stage(
     reader: &mut Reader<'_, '_>,
     path: &Path,
     loads: &mut Loads,
-    subject: Option<&Subject>,
+    subject: Option<&Subject<'_>>,
     seen: &mut Vec<String>,
 ) -> Option<Stage> {
     // The name is looked at even where the rest of the stage is wrong.
@@ -138,7 +140,7 @@ fn stage(
             "remove it, or write `cycle` for `ramp`".to_owned(),
         );
     }
-    let until = follow::until(reader, &path.key("until"), &written.until, loads, subject);
+    let until = until(reader, &path.key("until"), &written.until, loads, subject);
     Some(Stage {
         name: written.name,
         until: until?,
