@@ -42,6 +42,10 @@ fn the_curves_of_a_block_are_those_of_the_textbook() {
     close("fy_top", -1.36);
     close("fy_bottom", 1.36);
     close("fx_left", 1.12 * 0.997);
+    // From −1 to −1.36 over −0.003.
+    close("work", 0.00354);
+    // No iterate starts from another one.
+    assert_eq!([at("released"), at("damped")], [0.0, 0.0]);
     assert!(at("sxy").abs() < 1e-9);
     assert_eq!(rows[0][column(&names, "cpu_s")], 0.0);
 }

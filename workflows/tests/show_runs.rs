@@ -75,6 +75,10 @@ fn a_run_shows_for_machines_what_scripts_rely_on() {
         steps[2]["iterations"].as_u64().unwrap()
     );
     assert_eq!(residuals.last(), Some(&steps[2]["residual"]));
+    let work = steps[2]["work"].as_f64().unwrap();
+    assert!((work / (1.18 * 0.001) - 1.0).abs() < 2e-3, "{work}");
+    assert_eq!([&steps[2]["released"], &steps[2]["damped"]], [0.0, 0.0]);
+    assert_eq!(show["stages_ended"], serde_json::json!([]));
 
     let step = bench.run(&["show", "block@2", "--json"]).good().json();
     assert_eq!(step["digest"], steps[2]["digest"]);

@@ -210,3 +210,19 @@ fn a_run_without_a_trigger_says_that_it_has_none() {
         assert_eq!(data["triggers"], Value::Null);
     }
 }
+
+/// A region that was meant to be weaker and selects nothing is no trigger; who plans first should not learn it from
+/// `submit`.
+#[test]
+fn a_plan_notes_what_submit_would_note() {
+    let bench = Bench::new();
+    let region = "regions: [ { name: weak, box: { from: [2, 2], to: [3, 3] }, material: rock } ]\n";
+    let input = format!("{}{region}", common::BLOCK);
+    std::fs::write(bench.path("nowhere.yaml"), input).unwrap();
+    let file = bench.arg("nowhere.yaml");
+    let plan = bench.run(&["plan", "submit", &file]).good().out;
+    let note = "region `weak` selects no element: no element centre lies in its box";
+    assert!(plan.contains(&format!("  note      {note}")), "{plan}");
+    let plan = bench.run(&["plan", "submit", &file, "--json"]).good();
+    assert_eq!(plan.json()["runs"][0]["notes"], serde_json::json!([note]));
+}

@@ -19,6 +19,7 @@ use super::{
     relaw::relaw,
     schedule::{Place, Schedule},
     summary::StepSummary,
+    text,
     work::{Job, Packing},
 };
 use crate::input::{Problem, problem::Model as InputModel};
@@ -78,7 +79,8 @@ impl<'a> Campaign<'a> {
         let preparing = Preparing::begin(plan, self.core.store, graph)?;
         let (needed, cached) = (preparing.needed(), preparing.cached());
         if cached < needed {
-            let note = format!("preparing {} of {needed} packings", needed - cached);
+            let all = text::count(needed, "packing");
+            let note = format!("preparing {} of {all}", needed - cached);
             self.core.progress.note(&note);
         }
         self.core.log(

@@ -11,7 +11,12 @@ use serde_json::json;
 use solver_fem::newton::SweepReport;
 use store::{Committed, RunName, Store};
 
-use super::{error::RunError, event_log::EventLog, schedule::Interval, summary::StepSummary};
+use super::{
+    error::RunError,
+    event_log::EventLog,
+    schedule::Interval,
+    summary::{StageEnd, StepSummary},
+};
 use crate::progress::{CommittedStep, Progress};
 
 /// How a run ended by itself.
@@ -140,7 +145,7 @@ impl<'a> Core<'a> {
         );
     }
 
-    /// A step is committed.
+    /// A step is committed, and perhaps its stage has ended with it.
     pub fn step_committed(
         &mut self,
         step: u32,
@@ -158,5 +163,10 @@ impl<'a> Core<'a> {
                 "summary": summary,
             }),
         );
+        if let Some(end) = StageEnd::of(step, summary) {
+            self.progress
+                .note(&format!("stage `{}` ends: {}", end.stage, end.ended));
+            self.log("stage_ended", &end);
+        }
     }
 }

@@ -4,8 +4,13 @@ use serde_json::json;
 use store::{RunName, Store};
 
 use super::{
-    Context, control::Stop, error::RunError, open::explain, session::SessionEnd,
-    summary::StepSummary,
+    Context,
+    control::Stop,
+    error::RunError,
+    open::explain,
+    session::SessionEnd,
+    summary::{StageEnd, StepSummary},
+    text,
 };
 use crate::{
     failure::{Failure, FailureKind},
@@ -32,20 +37,26 @@ pub fn ended(
     let digest = last
         .and_then(|step| step.digest)
         .map(|digest| digest.to_string());
-    let summaries: Vec<StepSummary> = steps
+    let summaries: Vec<(u32, StepSummary)> = steps
         .iter()
-        .filter_map(|step| rmp_serde::from_slice(&step.summary).ok())
+        .filter_map(|step| Some((step.index.0, rmp_serde::from_slice(&step.summary).ok()?)))
         .collect();
-    let cpu: f64 = summaries.iter().map(|s| s.cpu_s + s.director_s).sum();
+    let cpu: f64 = summaries.iter().map(|(_, s)| s.cpu_s + s.director_s).sum();
+    let stages: Vec<StageEnd> = summaries
+        .iter()
+        .filter_map(|(step, summary)| StageEnd::of(*step, summary))
+        .collect();
     let place = context.store.display();
-    let data = |state: &str| json!({ "name": run.as_str(), "state": state, "steps": step, "digest": digest, "cpu_s": cpu });
+    let data = |state: &str| json!({ "name": run.as_str(), "state": state, "steps": step, "digest": digest, "cpu_s": cpu, "stages_ended": stages });
     let next = format!(
         "Next:  femdem-flow show {run}      what was computed, step by step\n       femdem-flow export {run}    curves (CSV) and fields (VTU, PVD) for ParaView"
     );
     match end {
         SessionEnd::Completed => {
+            let steps = text::count(step as usize, "load step");
+            let early: String = stages.iter().map(|end| format!("  {end}\n")).collect();
             let text = format!(
-                "Run `{run}` is complete: {step} load steps, {cpu:.0} CPU s, in {place}.\n{}{next}",
+                "Run `{run}` is complete: {steps}, {cpu:.0} CPU s, in {place}.\n{early}{}{next}",
                 digest.as_ref().map_or(String::new(), |digest| format!("Digest of the last one: {digest}\n"))
             );
             Ok(Report::new(text, &data("completed")))

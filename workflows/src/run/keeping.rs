@@ -173,11 +173,11 @@ pub fn in_words(event: &str, data: &Value) -> String {
     let word = |key: &str| data[key].as_str().unwrap_or_default().to_owned();
     match event {
         "session" => format!(
-            "session of process {} on {}: {} of {} increments are done",
+            "session of process {} on {}: {} of {} done",
             number("pid"),
             text::count(number("threads") as usize, "thread"),
             number("done"),
-            number("of")
+            text::count(number("of") as usize, "increment")
         ),
         "preparing" => format!(
             "preparing {}, {} in the cache",
@@ -200,14 +200,16 @@ pub fn in_words(event: &str, data: &Value) -> String {
         ),
         "step_cut" => format!("step {} is cut: {}", number("step"), word("reason")),
         "step_committed" => format!(
-            "step {} committed, {}, digest {:.12}{}",
+            "step {} committed, {}, digest {:.12}",
             number("step"),
             text::bytes(number("bytes")),
             word("digest"),
-            match data["summary"]["ended"].as_str() {
-                Some(why) if !why.is_empty() => format!("; its stage ends: {why}"),
-                _ => String::new(),
-            }
+        ),
+        "stage_ended" => format!(
+            "stage `{}` ends with step {}: {}",
+            word("stage"),
+            number("step"),
+            word("ended")
         ),
         "task_failed" => format!(
             "a task of element {} failed: {}",

@@ -230,7 +230,8 @@ impl Director<Job> for Preparer<'_> {
                 let preparing = Preparing::begin(plan, self.store, graph)?;
                 let (needed, cached) = (preparing.needed(), preparing.cached());
                 if cached < needed {
-                    let note = format!("preparing {} of {needed} packings", needed - cached);
+                    let all = text::count(needed, "packing");
+                    let note = format!("preparing {} of {all}", needed - cached);
                     self.progress.note(&note);
                 }
                 graph.add_join("packings", preparing.tasks())?;

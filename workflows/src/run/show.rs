@@ -11,7 +11,7 @@ use super::{
     keeping, lineage, list, load,
     open::explain,
     show_step,
-    summary::{RevFigures, StepSummary},
+    summary::{Energy, RevFigures, StageEnd},
     text::{self, Align, Table},
     triggers::{self, Trigger},
     view::{RunView, Standing, StepView, View},
@@ -65,6 +65,12 @@ pub struct StepLine {
     pruned: bool,
     /// Why its stage ended with it before the last increment.
     ended: Option<String>,
+    /// Work of the stresses on the strains of the step, over the body.
+    work: f64,
+    /// Work of the unbalanced forces between its iterates.
+    released: f64,
+    /// The part of that which the overdamped motion did.
+    damped: f64,
 }
 
 impl StepLine {
@@ -91,6 +97,9 @@ impl StepLine {
             damage: damage(step),
             pruned: record.health == store::StepHealth::Pruned,
             ended: Some(summary.ended.clone()).filter(|ended| !ended.is_empty()),
+            work: summary.work,
+            released: summary.released,
+            damped: summary.damped,
         }
     }
 }
@@ -155,6 +164,7 @@ fn data(view: &View, run: &RunView, packings: Option<&Vec<Packing>>) -> Value {
         "element": mesh(problem).map(input::Mesh::element),
         "gauss_points": mesh(problem).map(input::Mesh::point_count),
         "loads": problem.loads,
+        "stages_ended": stage_ends(run).collect::<Vec<_>>(),
         "packings": prepared,
         "per_step": lines,
     })
@@ -181,11 +191,12 @@ fn mesh(problem: &Problem) -> Option<&input::Mesh> {
 fn heading(context: &Context<'_>, run: &RunView) -> String {
     let (done, of) = run.increments();
     let mut text = format!(
-        "Run `{}`: {}, {} load steps, {} of {of} increments, {} of CPU time, {} in {}\n",
+        "Run `{}`: {}, {}, {} of {}, {} of CPU time, {} in {}\n",
         run.name(),
         run.standing.phrase(),
-        run.last_index(),
+        text::count(run.last_index() as usize, "load step"),
         list::increments(done),
+        text::count(of as usize, "increment"),
         text::duration(run.cpu_s()),
         text::bytes(run.bytes()),
         context.store.display(),
@@ -229,11 +240,13 @@ fn facts(
         Model::Body(body) => {
             let mesh = &body.mesh;
             text.push_str(&format!(
-                "  body       {}: {} {} elements, {} Gauss points\n",
+                "  body       {}: {}, {}\n",
                 shape(mesh),
-                mesh.element_count(),
-                mesh.element().in_words(),
-                mesh.point_count(),
+                text::count(
+                    mesh.element_count() as usize,
+                    &format!("{} element", mesh.element().in_words())
+                ),
+                text::count(mesh.point_count() as usize, "Gauss point"),
             ));
         }
         Model::ElementTest(test) => {
@@ -463,16 +476,8 @@ fn steps(run: &RunView) -> String {
         return "  no load step is committed yet\n".to_owned();
     }
     let mut text = table.render("  ");
-    for step in run
-        .steps
-        .iter()
-        .filter(|step| !step.summary.ended.is_empty())
-    {
-        let (index, summary) = (step.record.index, &step.summary);
-        text.push_str(&format!(
-            "  stage `{}` ended with step {index}: {}\n",
-            summary.stage, summary.ended
-        ));
+    for end in stage_ends(run) {
+        text.push_str(&format!("  {end}\n"));
     }
     if run.steps.iter().any(|step| step.summary.loosely_accepted) {
         let solver = &run.manifest.problem.solver;
@@ -484,38 +489,13 @@ fn steps(run: &RunView) -> String {
     text
 }
 
-/// Work done on a body in some steps.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Energy {
-    /// Of the stresses on the strains.
-    work: f64,
-    /// Of the unbalanced forces from iterate to iterate: what instabilities set free, and what a whole load step
-    /// overshoots before the grains yield.
-    released: f64,
-    /// The part of that which the overdamped motion did.
-    damped: f64,
+/// The stages that ended before their last increment.
+fn stage_ends(run: &RunView) -> impl Iterator<Item = StageEnd> {
+    let steps = run.steps.iter();
+    steps.filter_map(|step| StageEnd::of(step.record.index.0, &step.summary))
 }
 
-impl Energy {
-    /// Of one step.
-    pub fn of(summary: &StepSummary) -> Self {
-        Self {
-            work: summary.work,
-            released: summary.released,
-            damped: summary.damped,
-        }
-    }
-
-    fn plus(self, other: Self) -> Self {
-        Self {
-            work: self.work + other.work,
-            released: self.released + other.released,
-            damped: self.damped + other.damped,
-        }
-    }
-}
-
-/// The line about it.
+/// The line about the work done on a body.
 pub fn energy(energy: &Energy) -> String {
     let Energy {
         work,
@@ -549,14 +529,14 @@ fn costs(run: &RunView) -> String {
     if revs.solves > 0 {
         let per_solve = |total: f64| total / revs.solves as f64;
         text.push_str(&format!(
-            "\n  REVs       {} solves, {:.2} ms and {:.0} cycles each, worst residual {:.1e}; {} re-based, {} by path, {} affine tangents\n",
-            revs.solves,
+            "\n  REVs       {}, {:.2} ms and {:.0} cycles each, worst residual {:.1e}; {} re-based, {} by path, {}\n",
+            text::count(revs.solves as usize, "solve"),
             1e3 * per_solve(tasks),
             per_solve(revs.cycles as f64),
             revs.worst_residual,
             revs.rebased,
             revs.path,
-            revs.affine_tangents,
+            text::count(revs.affine_tangents as usize, "affine tangent"),
         ));
         text.push_str(&show_step::without_equilibrium(&revs));
     }

@@ -141,13 +141,13 @@ fn heading(run: &RunView, step: &StepView) -> String {
     let revs = &summary.revs;
     let _ = writeln!(
         out,
-        "  REVs       {} solves, {} cycles, worst residual {:.1e}; {} re-based, {} by path, {} affine tangents",
-        revs.solves,
-        revs.cycles,
+        "  REVs       {}, {}, worst residual {:.1e}; {} re-based, {} by path, {}",
+        text::count(revs.solves as usize, "solve"),
+        text::count(revs.cycles as usize, "cycle"),
         revs.worst_residual,
         revs.rebased,
         revs.path,
-        revs.affine_tangents
+        text::count(revs.affine_tangents as usize, "affine tangent")
     );
     out.push_str(&without_equilibrium(revs));
     if !summary.ended.is_empty() {
@@ -157,7 +157,7 @@ fn heading(run: &RunView, step: &StepView) -> String {
         let voids = text::count(summary.voids as usize, "Gauss point");
         let _ = writeln!(out, "  voids      {voids} whose grains do not touch");
     }
-    out.push_str(&super::show::energy(&super::show::Energy::of(summary)));
+    out.push_str(&super::show::energy(&super::summary::Energy::of(summary)));
     let _ = writeln!(
         out,
         "  time       {:.2} CPU s in tasks, {:.2} s beside them, {:.2} s by the clock",

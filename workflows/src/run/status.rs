@@ -92,11 +92,12 @@ fn describe(view: &View, run: &RunView, now: f64) -> (String, Value) {
         })),
     });
     let mut text = format!(
-        "Run `{}`: {}, {} of {of} increments in {} load steps\n",
+        "Run `{}`: {}, {} of {} in {}\n",
         run.name(),
         run.standing.phrase(),
         list::increments(done),
-        run.last_index()
+        text::count(of as usize, "increment"),
+        text::count(run.last_index() as usize, "load step")
     );
     if running {
         let pid = place

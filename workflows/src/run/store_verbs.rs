@@ -167,13 +167,14 @@ pub fn rebuild(context: &Context<'_>) -> Result<Report, Failure> {
         .map_err(|error| failed(context, "rebuild", error))?;
     let lost = match report.lost {
         0 => String::new(),
+        1 => ", 1 load step is lost: `femdem-flow store check` says which".to_owned(),
         lost => format!(", {lost} load steps are lost: `femdem-flow store check` says which"),
     };
     let text = format!(
-        "Database of {} rebuilt: {} runs, {} load steps{lost}",
+        "Database of {} rebuilt: {}, {}{lost}",
         context.store.display(),
-        report.runs,
-        report.steps
+        text::count(report.runs, "run"),
+        text::count(report.steps, "load step")
     );
     let data = json!({ "runs": report.runs, "steps": report.steps, "lost": report.lost });
     Ok(Report::new(text, &data))

@@ -1,5 +1,7 @@
 //! What lists say about a committed step.
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 use solver_dem::{Method, Report};
 use solver_fem::newton::{Acceptance, SweepReport};
@@ -54,6 +56,67 @@ impl StepSummary {
     pub fn accept(&mut self, acceptance: Acceptance, residual: f64) {
         self.loosely_accepted = matches!(acceptance, Acceptance::LooselyAccepted { .. });
         self.residual = residual;
+    }
+}
+
+/// Work done on a body in some steps.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Energy {
+    /// Of the stresses on the strains.
+    pub work: f64,
+    /// Of the unbalanced forces from iterate to iterate: what instabilities set free, and what a whole load step
+    /// overshoots before the grains yield.
+    pub released: f64,
+    /// The part of that which the overdamped motion did.
+    pub damped: f64,
+}
+
+impl Energy {
+    /// Of one step.
+    pub fn of(summary: &StepSummary) -> Self {
+        Self {
+            work: summary.work,
+            released: summary.released,
+            damped: summary.damped,
+        }
+    }
+
+    /// That of both.
+    pub fn plus(self, other: Self) -> Self {
+        Self {
+            work: self.work + other.work,
+            released: self.released + other.released,
+            damped: self.damped + other.damped,
+        }
+    }
+}
+
+/// A stage that ended before its last increment.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct StageEnd {
+    /// The load step that it ended with.
+    pub step: u32,
+    /// The stage.
+    pub stage: String,
+    /// Which of its conditions was met.
+    pub ended: String,
+}
+
+impl StageEnd {
+    /// That of a committed step, where there is one.
+    pub fn of(step: u32, summary: &StepSummary) -> Option<Self> {
+        (!summary.ended.is_empty()).then(|| Self {
+            step,
+            stage: summary.stage.clone(),
+            ended: summary.ended.clone(),
+        })
+    }
+}
+
+impl fmt::Display for StageEnd {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { step, stage, ended } = self;
+        write!(f, "stage `{stage}` ended with step {step}: {ended}")
     }
 }
 

@@ -15,7 +15,7 @@ use super::{
     keeping::in_words,
     open::find,
     place::points_per_element,
-    queue,
+    queue, text,
     view::{Standing, View},
 };
 use crate::{
@@ -249,10 +249,8 @@ impl<'a> Mirror<'a> {
             "preparing" => {
                 let (needed, cached) = (whole("packings"), whole("cached"));
                 if cached < needed {
-                    progress.note(&format!(
-                        "preparing {} of {needed} packings",
-                        needed - cached
-                    ));
+                    let all = text::count(needed as usize, "packing");
+                    progress.note(&format!("preparing {} of {all}", needed - cached));
                 }
             }
             "step_started" => {

@@ -4,7 +4,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::lines::committed;
+use super::lines::{committed, started};
 use super::remaining::{Remaining, in_words};
 use crate::progress::{CommittedStep, Progress};
 
@@ -49,10 +49,7 @@ impl Progress for Bar {
         self.state().remaining.restart();
         // A second run after the first one is finished.
         self.bar.reset();
-        self.bar.println(match done {
-            0 => format!("run {run}: {of} load steps"),
-            _ => format!("run {run}: {done} of {of} load steps are done, going on"),
-        });
+        self.bar.println(started(run, done, of));
     }
 
     fn step_started(&self, step: u64, of: u64, stage: &str) {

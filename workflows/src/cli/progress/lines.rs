@@ -53,12 +53,7 @@ impl<W: Write + Send> Progress for Lines<W> {
     fn run_started(&self, run: &str, done: u64, of: u64) {
         let mut state = self.state();
         state.remaining.restart();
-        match done {
-            0 => state.line(&format!("run {run}: {of} load steps")),
-            _ => state.line(&format!(
-                "run {run}: {done} of {of} load steps are done, going on"
-            )),
-        }
+        state.line(&started(run, done, of));
     }
 
     fn step_started(&self, step: u64, of: u64, stage: &str) {
@@ -105,6 +100,15 @@ impl<W: Write + Send> Progress for Lines<W> {
     }
 
     fn finished(&self) {}
+}
+
+/// The line for a run that begins or goes on, here and above the bar.
+pub fn started(run: &str, done: u64, of: u64) -> String {
+    let of = text::count(of as usize, "load step");
+    match done {
+        0 => format!("run {run}: {of}"),
+        _ => format!("run {run}: {done} of {of} done, going on"),
+    }
 }
 
 /// The line for a committed step, here and above the bar.

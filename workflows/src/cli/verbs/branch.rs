@@ -54,7 +54,7 @@ pub struct RerunArgs {
 #[derive(Debug, Clone, clap::Args)]
 struct Common {
     /// Change a setting, as in `solver.iterations=20`. A list makes one run of each value:
-    /// `solver.force_tolerance=[1e-3, 1e-4]`.
+    /// `solver.force_tolerance=[1e-3, 1e-4]`; where the setting is a list itself, as `output.fields`, it is the value.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
     /// Name of the run; otherwise the parent's with what is new behind.

@@ -12,6 +12,7 @@ use crate::{
     output::csv::{Column, Table},
     run::{
         error::RunError,
+        summary::Energy,
         view::{RunView, StepView},
     },
 };
@@ -80,6 +81,21 @@ impl<'a> Curves<'a> {
             ),
             Column::new("syy", "stress", "likewise"),
             Column::new("sxy", "stress", "likewise"),
+            Column::new(
+                "work",
+                "force",
+                "work of the stresses on the strains since the initial state, per thickness: what was put into the body",
+            ),
+            Column::new(
+                "released",
+                "force",
+                "work of the unbalanced forces between iterates since the initial state, likewise: what instabilities set free and what steps overshot",
+            ),
+            Column::new(
+                "damped",
+                "force",
+                "the part of `released` that the overdamped motion did",
+            ),
             Column::new(
                 "residual",
                 "",
@@ -162,6 +178,8 @@ impl<'a> Curves<'a> {
             }
         }
         row.extend(stress.map(|sum| sum / volume));
+        let energy = self.energy(step.record.index.0);
+        row.extend([energy.work, energy.released, energy.damped]);
         row.extend([
             summary.residual,
             f64::from(u8::from(summary.loosely_accepted)),
@@ -170,6 +188,25 @@ impl<'a> Curves<'a> {
             step.cpu_s(),
         ]);
         Ok(self.table.push(row)?)
+    }
+
+    /// That of all steps up to this one, also of those that have no row; NaN behind one whose figures cannot be read.
+    fn energy(&self, last: u32) -> Energy {
+        const UNKNOWN: Energy = Energy {
+            work: f64::NAN,
+            released: f64::NAN,
+            damped: f64::NAN,
+        };
+        let steps = self.run.steps.iter();
+        let steps = steps.take_while(|step| step.record.index.0 <= last);
+        let each = steps.map(|step| {
+            let is_known = step.record.index.0 == 0 || step.summary.increment > 0;
+            match is_known {
+                true => Energy::of(&step.summary),
+                false => UNKNOWN,
+            }
+        });
+        each.fold(Energy::default(), Energy::plus)
     }
 
     /// The table.

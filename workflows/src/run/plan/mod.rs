@@ -14,6 +14,7 @@ use super::{
     forecast::{self, Pace},
     list,
     manifest::Kind,
+    notes,
     open::{explain, store_name},
     origin::{self, Origin},
     packings, text,
@@ -61,6 +62,8 @@ struct Forecast {
     because: Vec<String>,
     /// What would cost less.
     advice: Vec<String>,
+    /// What is right by the letter and probably not meant, where the run is new.
+    notes: Vec<String>,
     /// CPU seconds.
     cpu_s: Option<f64>,
     /// Wall seconds on the threads of this call.
@@ -147,6 +150,7 @@ impl Forecast {
             changes: Vec::new(),
             because: Vec::new(),
             advice: Vec::new(),
+            notes: Vec::new(),
             cpu_s: None,
             time_s: None,
             bytes: 0.0,
@@ -182,6 +186,11 @@ impl Forecast {
             let _ = writeln!(out, "{label}  {line}");
             label = "          ";
         }
+        let mut label = "  note    ";
+        for note in &self.notes {
+            let _ = writeln!(out, "{label}  {note}");
+            label = "          ";
+        }
         let stages: Vec<String> = self
             .compute
             .iter()
@@ -192,8 +201,13 @@ impl Forecast {
             false => {
                 let _ = writeln!(
                     out,
-                    "  computed  {} load steps: {}",
+                    "  computed  {} {}: {}",
                     list::increments(self.increments),
+                    if self.increments == 1.0 {
+                        "load step"
+                    } else {
+                        "load steps"
+                    },
                     stages.join(", ")
                 );
             }
@@ -269,9 +283,10 @@ fn resume(context: &Context<'_>, run: &RunView) -> Forecast {
             Standing::Running => "a process computes it at this moment".to_owned(),
             Standing::Prepared => "nothing of it is computed yet".to_owned(),
             standing => format!(
-                "{} after {} of {of} increments{}",
+                "{} after {} of {}{}",
                 standing.phrase(),
                 list::increments(done),
+                text::count(of as usize, "increment"),
                 match run.record.note.as_str() {
                     "" => String::new(),
                     note => format!(": {note}"),
@@ -412,6 +427,7 @@ fn submit(
     };
     let there = needed.jobs.iter().filter(|job| cached(job)).count();
     plan.reused.packings = Some((needed.jobs.len(), there));
+    plan.notes = notes::notes(problem).map_err(|error| explain("set up the problem", error))?;
     nearest::explain(&mut plan, problem, &runs);
     Ok(plan)
 }

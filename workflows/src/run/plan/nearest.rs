@@ -56,7 +56,11 @@ pub fn explain(plan: &mut Forecast, problem: &Problem, runs: &[RunView]) {
     let shared = shared_steps(problem, run);
     if changes.iter().all(future) && shared > 0 {
         plan.advice.push(format!(
-            "`femdem-flow branch {name}@{shared} …` takes up `{name}`, whose first {shared} load steps have the same loads"
+            "`femdem-flow branch {name}@{shared} …` takes up `{name}`, whose first {} the same loads",
+            match shared {
+                1 => "load step has".to_owned(),
+                _ => format!("{shared} load steps have"),
+            }
         ));
     }
     plan.changes = changes;
