@@ -13,7 +13,7 @@ use crate::input::problem::{Region, Selection};
 use crate::input::report::suggest;
 
 /// The most elements of one mesh.
-const MOST_ELEMENTS: u64 = 1_000_000;
+pub const MOST_ELEMENTS: u64 = 1_000_000;
 
 /// Shortest over longest radial length of an element in a ring, below which it counts as having no area.
 const THINNEST: f64 = 1e-9;

@@ -1,7 +1,11 @@
 //! What a programme loads, as far as its stages may name parts of it.
 
-use solver_fem::boundary::CavityProblem;
+use std::cell::OnceCell;
 
+use solver_fem::boundary::CavityProblem;
+use solver_fem::problem::Problem;
+
+use super::mesh::MOST_ELEMENTS;
 use crate::input::body;
 use crate::input::boundaries::{Place, places};
 use crate::input::problem::{Body, ConditionKind, Model};
@@ -22,6 +26,8 @@ pub struct Named<'a> {
     pub supports: Vec<(String, usize)>,
     body: &'a Body,
     loads: usize,
+    /// The problem of the body, once something asks for it; `None` where it makes none.
+    problem: OnceCell<Option<Box<Problem<2>>>>,
 }
 
 impl<'a> Subject<'a> {
@@ -33,6 +39,7 @@ impl<'a> Subject<'a> {
                 supports: supports(body),
                 body,
                 loads,
+                problem: OnceCell::new(),
             }),
             Model::ElementTest(_) => Subject::ElementTest,
         }
@@ -40,11 +47,14 @@ impl<'a> Subject<'a> {
 }
 
 impl Named<'_> {
-    /// Why the volume behind a boundary cannot be measured. A mesh or conditions that make no body are told where that
-    /// is set up.
+    /// Why the volume behind a boundary cannot be measured. A mesh or conditions that make no body are told elsewhere.
     pub fn cavity_problem(&self, boundary: &str) -> Option<CavityProblem> {
-        let (problem, _) = body::problem(self.body, self.loads).ok()?;
-        problem.cavity(boundary).err()
+        let problem = self.problem.get_or_init(|| {
+            let is_too_large = self.body.mesh.element_count() > MOST_ELEMENTS;
+            let built = (!is_too_large).then(|| body::problem(self.body, self.loads));
+            built?.ok().map(|(problem, _)| Box::new(problem))
+        });
+        problem.as_ref()?.cavity(boundary).err()
     }
 }
 
