@@ -161,7 +161,17 @@ fn a_column_that_breaks_comes_to_rest_at_the_residual_strength() {
                 "{}",
                 after.released
             );
+            assert_eq!(
+                after.damped, after.released,
+                "all sweeps but the first were motion"
+            );
         }
+        assert!(
+            before.damped == 0.0 && after.damped <= after.released,
+            "{} of {}",
+            after.damped,
+            after.released
+        );
     }
 }
 
