@@ -106,6 +106,21 @@ fn a_map_says_the_values_that_were_computed_and_where_the_greatest_is() {
     assert_eq!(fixed["colours"], serde_json::json!([-1.0, 0.5]));
 }
 
+/// The hard quarter alone has one value.
+#[test]
+fn a_window_shows_what_is_in_it_and_its_colours_span_that() {
+    let bench = bench("Q4");
+    let ends = |window: &[&str]| {
+        let mut args = vec!["block", "--by", "elements", "--deformed", "0"];
+        args.extend(window);
+        let (_, report) = svg(&bench, &args);
+        ["least", "greatest"].map(|end| report[end].as_f64().unwrap())
+    };
+    let (all, hard) = (ends(&[]), ends(&["--window", "0.4,0.4,0.1,0.1"]));
+    assert_eq!(hard[0], hard[1]);
+    assert!(all[0] <= hard[0] && hard[0] < all[1], "{hard:?} of {all:?}");
+}
+
 /// What comes about between two steps adds up to the whole, as logarithmic strains without rotation do.
 #[test]
 fn an_increment_is_what_comes_about_in_between() {
@@ -169,6 +184,10 @@ fn what_cannot_be_drawn_is_refused_before_anything_is_written() {
         &["grains"],
         &["block", "--field", "colour"],
         &["block", "--range", "2,1"],
+        &["block", "--window", "0,0,1"],
+        &["block", "--window", "0,0,0,1"],
+        &["block", "--window", "2,2,3,3"],
+        &["block", "--curve=-uy_top,-fy_top", "--window", "0,0,1,1"],
         &["block", "--deformed", "nan"],
         &["block", "--curve", "uy_top"],
         &["block", "--curve", "step,syy", "--field", "displacement"],

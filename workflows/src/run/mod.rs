@@ -87,7 +87,8 @@ pub use self::keeping::{Doing, Keep};
 use self::open::explain;
 pub use self::plan::Intent;
 pub use self::plot::{
-    ColourRange, CurveAxes, MapStyle, Quantity, Spread, curve as plot_curve, map as plot_map,
+    ColourRange, CurveAxes, MapStyle, Quantity, Spread, Window, curve as plot_curve,
+    map as plot_map,
 };
 pub use self::rev_show::RevSource;
 pub use self::rev_test::Extras as RevTestExtras;

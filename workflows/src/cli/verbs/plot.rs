@@ -4,7 +4,7 @@ use crate::address::PlotAddress;
 use crate::failure::{Failure, FailureKind};
 use crate::plot::PictureFile;
 use crate::report::Report;
-use crate::run::{self, ColourRange, Context, CurveAxes, MapStyle, Quantity, Spread};
+use crate::run::{self, ColourRange, Context, CurveAxes, MapStyle, Quantity, Spread, Window};
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
@@ -29,9 +29,12 @@ pub struct Args {
     /// What the colours span, so that several pictures can be compared: `0,12.5`.
     #[arg(long, value_name = "LOW,HIGH", allow_hyphen_values = true)]
     range: Option<ColourRange>,
+    /// Draw a part of the body only, between two opposite corners: `0,0,3,2.5`. Colours span what is seen.
+    #[arg(long, value_name = "X0,Y0,X1,Y1", allow_hyphen_values = true)]
+    window: Option<Window>,
     /// Draw a curve instead: two columns of `curves.csv`, along x and along y; `-` before a name turns its sign round:
     /// `-uy_top,-fy_top`.
-    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, conflicts_with_all = ["field", "by", "deformed", "range"])]
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, conflicts_with_all = ["field", "by", "deformed", "range", "window"])]
     curve: Option<CurveAxes>,
     /// The picture, PNG or SVG by its extension; by default a PNG here, named after what it shows.
     #[arg(long, short, value_name = "FILE")]
@@ -60,6 +63,7 @@ pub fn perform(args: &Args, context: &Context<'_>) -> Result<Report, Failure> {
         spread: args.by,
         deformed: args.deformed,
         range: args.range,
+        window: args.window,
     };
     run::plot_map(context, address, &style, output)
 }

@@ -58,9 +58,35 @@ impl Frame {
                 high[i] = high[i].max(x[i]);
             }
         }
+        Self::between(low, high)
+    }
+
+    /// The frame from one corner to the opposite one.
+    pub fn between(low: [f64; 2], high: [f64; 2]) -> Self {
         let size = [0, 1].map(|i| (high[i] - low[i]).max(1e-300));
         let scale = (LARGEST[0] / size[0]).min(LARGEST[1] / size[1]);
         Self { low, size, scale }
+    }
+
+    /// Whether what lies between these positions may be seen.
+    pub fn shows(&self, positions: impl IntoIterator<Item = [f64; 2]>) -> bool {
+        let start = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        let (low, high) = positions.into_iter().fold(start, |(low, high), x| {
+            (
+                [low[0].min(x[0]), low[1].min(x[1])],
+                [high[0].max(x[0]), high[1].max(x[1])],
+            )
+        });
+        (0..2).all(|i| low[i] <= self.low[i] + self.size[i] && high[i] >= self.low[i])
+    }
+
+    /// Number of elements that it shows, with the nodes at `positions`.
+    pub fn elements(&self, problem: &Problem<2>, positions: &[f64]) -> usize {
+        let mesh = problem.mesh();
+        let at = |node: &usize| [positions[2 * node], positions[2 * node + 1]];
+        (0..mesh.element_count())
+            .filter(|&element| self.shows(mesh.element(element).iter().map(at)))
+            .count()
     }
 
     fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
@@ -126,18 +152,22 @@ pub fn draw(
         [MARGIN, 45.0],
         &Text::new(&words.subtitle, 11.5).coloured(GREY),
     );
-    if let Some(initial) = initial {
-        let (outline, _) = sides(problem, frame, initial);
-        scene.lines(&outline, &Paint::line(GREY, 0.8).dashed(4.0, 3.0));
-    }
-    paint(&mut scene, frame, cells, (table(scale), &range));
-    let (outline, inner) = sides(problem, frame, positions);
-    if frame.side(problem.mesh().element_count()) >= SHOWN_SIDE {
-        scene.group("elements", 0.28, |scene| {
-            scene.lines(&inner, &Paint::line(INK, 0.45));
-        });
-    }
-    scene.lines(&outline, &Paint::line(INK, 1.0));
+    // Half of the line around the body lies outside of it.
+    let (corner, size) = ([MARGIN - 1.0, HEAD - 1.0], [width + 2.0, height + 2.0]);
+    scene.clipped(corner, size, |scene| {
+        if let Some(initial) = initial {
+            let (outline, _) = sides(problem, frame, initial);
+            scene.lines(&outline, &Paint::line(GREY, 0.8).dashed(4.0, 3.0));
+        }
+        paint(scene, frame, cells, (table(scale), &range));
+        let (outline, inner) = sides(problem, frame, positions);
+        if frame.side(frame.elements(problem, positions)) >= SHOWN_SIDE {
+            scene.group("elements", 0.28, |scene| {
+                scene.lines(&inner, &Paint::line(INK, 0.45));
+            });
+        }
+        scene.lines(&outline, &Paint::line(INK, 1.0));
+    });
     let corner = [MARGIN + width + BAR[0], HEAD];
     draw_bar(
         &mut scene,

@@ -60,6 +60,31 @@ impl FromStr for ColourRange {
     }
 }
 
+/// The part of a body that is drawn, from one corner to the opposite one: `0,0,3,2.5`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Window {
+    low: [f64; 2],
+    high: [f64; 2],
+}
+
+impl FromStr for Window {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers: Option<Vec<f64>> = text
+            .split(',')
+            .map(|part| part.trim().parse::<f64>().ok().filter(|x| x.is_finite()))
+            .collect();
+        match numbers.as_deref() {
+            Some(&[x0, y0, x1, y1]) if x0 != x1 && y0 != y1 => Ok(Self {
+                low: [x0.min(x1), y0.min(y1)],
+                high: [x0.max(x1), y0.max(y1)],
+            }),
+            _ => Err("write two opposite corners, as in `0,0,3,2.5`".to_owned()),
+        }
+    }
+}
+
 /// How a quantity is drawn on the mesh.
 #[derive(Debug, Clone, Copy)]
 pub struct MapStyle {
@@ -71,6 +96,8 @@ pub struct MapStyle {
     pub deformed: f64,
     /// What the colours span; the values themselves where it is not given.
     pub range: Option<ColourRange>,
+    /// The part that is drawn; all where it is not given.
+    pub window: Option<Window>,
 }
 
 /// Draws a quantity on the mesh of a run.
@@ -114,16 +141,23 @@ pub fn map(
         .map(|(start, x)| start + style.deformed * (x - start))
         .collect();
     let outlined = (style.deformed != 0.0).then_some(initial);
-    let frame = Frame::around([Some(positions.as_slice()), outlined].into_iter().flatten());
-    let elements = problem.mesh().element_count();
+    let frame = match style.window {
+        Some(window) => Frame::between(window.low, window.high),
+        None => Frame::around([Some(positions.as_slice()), outlined].into_iter().flatten()),
+    };
+    let elements = frame.elements(problem, &positions);
+    if elements == 0 {
+        let what = format!(
+            "failed to draw run `{}`: there is nothing in the window",
+            run.name()
+        );
+        return Err(Failure::new(FailureKind::Usage, what)
+            .hint("`--window` takes coordinates of the mesh, `--deformed` as drawn"));
+    }
     // Cells of about three units look smooth.
-    let cells = cells::cells(
-        problem,
-        &positions,
-        &values,
-        style.spread,
-        frame.side(elements) / 3.0,
-    );
+    let side = frame.side(elements) / 3.0;
+    let mut cells = cells::cells(problem, &positions, &values, style.spread, side);
+    cells.retain(|cell| frame.shows(cell.corners.iter().copied()));
     let (least, greatest) = extremes(cells.iter().map(|cell| cell.value));
     let scale = quantity.scale(from.is_some());
     let range = style
@@ -154,7 +188,11 @@ pub fn map(
         quantity.name()
     );
     let file = write(&scene, output, &stem)?;
-    let place = greatest_at(&values, problem.points_per_element());
+    // It may lie outside of a window.
+    let place = match style.window {
+        None => greatest_at(&values, problem.points_per_element()),
+        Some(_) => None,
+    };
     let text = format!(
         "{} of `{}`: drawn from {least:.4} to {greatest:.4}{}\nDrawn to {file}.\n",
         quantity.name(),
