@@ -43,13 +43,20 @@ fn a_run_is_followed_to_its_end() {
     let line = |text: &str| {
         let found = text
             .lines()
-            .find(|line| line.contains("step 12/12 committed"));
+            .find(|line| line.contains("increment 12/12 committed"));
         found.map(|line| line.split("residual").next().unwrap().to_owned())
     };
     assert!(
         line(&outcome.err).is_some() && line(&outcome.err) == line(&shown.err),
         "{}",
         shown.err
+    );
+
+    let again = place.start(["watch", RUN]).wait().success();
+    assert!(
+        again.err.contains("12 of 12 increments done") && !again.err.contains("going on"),
+        "{}",
+        again.err
     );
 
     let streamed = streamed.wait().success();

@@ -214,7 +214,8 @@ impl<'a> Mirror<'a> {
         }
     }
 
-    /// Shows where the session has got to by now, without going through all that led there.
+    /// Shows where the session has got to by now, without going through all that led there; of one that is over, how far
+    /// it came.
     fn catch_up(&mut self, past: &[Event]) {
         let last = |wanted: &str| past.iter().rposition(|event| event.event == wanted);
         let Some(session) = past.first().filter(|event| event.event == "session") else {
@@ -224,6 +225,13 @@ impl<'a> Mirror<'a> {
         let mut session = session.clone();
         if let Some(at) = committed {
             session.data["done"] = past[at].data["summary"]["increment"].clone();
+        }
+        if past.iter().any(|event| event.event == "ended") {
+            let whole = |key: &str| session.data[key].as_u64().unwrap_or(0);
+            let of = text::count(whole("of") as usize, "increment");
+            let called = called(self.context, self.id);
+            let note = format!("run {called}: {} of {of} done", whole("done"));
+            return self.context.progress.note(&note);
         }
         self.show(&session);
         let (step, wave) = (last("step_started"), last("wave_started"));

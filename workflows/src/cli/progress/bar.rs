@@ -54,7 +54,7 @@ impl Progress for Bar {
 
     fn step_started(&self, step: u64, of: u64, stage: &str) {
         let mut state = self.state();
-        state.step = format!("step {step}/{of} {stage}");
+        state.step = format!("increment {step}/{of} {stage}");
         state.steps_left = of.saturating_sub(step) + 1;
         state.residual = None;
     }

@@ -57,7 +57,7 @@ impl<W: Write + Send> Progress for Lines<W> {
     }
 
     fn step_started(&self, step: u64, of: u64, stage: &str) {
-        self.state().step = format!("step {step}/{of} {stage}");
+        self.state().step = format!("increment {step}/{of} {stage}");
     }
 
     fn wave_started(&self, _iteration: u32, tasks: u64, _done: u64) {
@@ -104,10 +104,11 @@ impl<W: Write + Send> Progress for Lines<W> {
 
 /// The line for a run that begins or goes on, here and above the bar.
 pub fn started(run: &str, done: u64, of: u64) -> String {
-    let of = text::count(of as usize, "load step");
+    let all = text::count(of as usize, "increment");
     match done {
-        0 => format!("run {run}: {of}"),
-        _ => format!("run {run}: {done} of {of} done, going on"),
+        0 => format!("run {run}: {all}"),
+        _ if done < of => format!("run {run}: {done} of {all} done, going on"),
+        _ => format!("run {run}: {done} of {all} done"),
     }
 }
 
@@ -139,7 +140,7 @@ pub fn committed(step: &CommittedStep, remaining: &mut Remaining) -> String {
         false => "",
     };
     format!(
-        "step {step}/{of} committed{part}: {iterations} iteration{plural}, residual {residual:.1e}{loose}, {took}{left}"
+        "increment {step}/{of} committed{part}: {iterations} iteration{plural}, residual {residual:.1e}{loose}, {took}{left}"
     )
 }
 
@@ -193,12 +194,12 @@ mod tests {
         let text = String::from_utf8(out.0.lock().unwrap().clone()).unwrap();
         assert_eq!(
             text,
-            "run hollow: 2 load steps\n\
-             step 1/2 unloading: iteration 1, residual 3.2e-4, 192 REV tasks\n\
-             step 1/2 committed: 1 iteration, residual 3.2e-4, 0 s, about 0 s left\n\
-             step 2/2 unloading: iteration 1, residual 3.2e-4, 192 REV tasks\n\
-             step 2/2 committed: 1 iteration, residual 3.2e-4, 0 s\n\
-             step 2/2 committed up to 0.250 of it: 28 iterations, residual 1.5e-3 (ABOVE the tolerance, no iteration \
+            "run hollow: 2 increments\n\
+             increment 1/2 unloading: iteration 1, residual 3.2e-4, 192 REV tasks\n\
+             increment 1/2 committed: 1 iteration, residual 3.2e-4, 0 s, about 0 s left\n\
+             increment 2/2 unloading: iteration 1, residual 3.2e-4, 192 REV tasks\n\
+             increment 2/2 committed: 1 iteration, residual 3.2e-4, 0 s\n\
+             increment 2/2 committed up to 0.250 of it: 28 iterations, residual 1.5e-3 (ABOVE the tolerance, no iteration \
              came lower), 0 s\n"
         );
     }

@@ -204,9 +204,9 @@ impl Forecast {
                     "  computed  {} {}: {}",
                     list::increments(self.increments),
                     if self.increments == 1.0 {
-                        "load step"
+                        "increment"
                     } else {
-                        "load steps"
+                        "increments"
                     },
                     stages.join(", ")
                 );
