@@ -10,6 +10,7 @@ use std::collections::BTreeSet;
 use serde_json::Value as Json;
 
 use super::path::Path;
+use super::plain::Plain;
 use super::report::{Report, list, nearest, suggest};
 use super::tree::{Entry, Node, Value};
 
@@ -81,7 +82,11 @@ impl<'s> Checker<'s, '_, '_> {
         if let Some(kind) = schema.get("type").and_then(Json::as_str)
             && !is_of_type(node, kind)
         {
-            let help = other_spelling(node, kind);
+            let help = match kind {
+                "array" => self.as_list(node, schema),
+                "object" if !path.segments().is_empty() => self.description(schema),
+                _ => other_spelling(node, kind),
+            };
             let message = format!(
                 "{} must be {}, not {}",
                 quoted(path),
@@ -109,6 +114,21 @@ impl<'s> Checker<'s, '_, '_> {
     fn target(&self, schema: &'s Json) -> Option<&'s Json> {
         let name = schema.get("$ref")?.as_str()?.strip_prefix("#")?;
         self.schema.pointer(name)
+    }
+
+    /// How the list would have to be written whose only entry is perhaps meant by `node`.
+    fn as_list(&self, node: &Node, schema: &'s Json) -> Option<String> {
+        let items = schema.get("items")?;
+        let items = self.target(items).unwrap_or(items);
+        let kind = items.get("type").and_then(Json::as_str);
+        let entry = match (&node.value, kind) {
+            (Value::Invalid | Value::Null, _) => return None,
+            (_, Some("number" | "integer")) => "1, 2".to_owned(),
+            (Value::Map(_), Some("object")) => in_a_line(node),
+            (_, Some("object")) => "{ … }".to_owned(),
+            _ => in_a_line(node),
+        };
+        Some(format!("write a list, as in `[{entry}]`"))
     }
 
     fn word(&mut self, node: &Node, words: &[&str], path: &Path) {
@@ -205,8 +225,9 @@ impl<'s> Checker<'s, '_, '_> {
     fn description(&self, schema: &'s Json) -> Option<String> {
         let own = schema.get("description").and_then(Json::as_str);
         let text = own.or_else(|| self.target(schema)?.get("description")?.as_str())?;
+        let text = text.split("\n\n").next()?.replace('\n', " ");
         let sentence = text.split(". ").next()?.trim_end_matches('.');
-        Some(sentence.replace('\n', " "))
+        Some(sentence.to_owned())
     }
 
     fn list(&mut self, entries: &[Node], schema: &'s Json, path: &Path) {
@@ -266,18 +287,15 @@ impl<'s> Checker<'s, '_, '_> {
             bound("maximum"),
             bound("exclusiveMaximum"),
         ) {
-            (Some(least), ..) if number < least => format!("at least {least}"),
-            (_, Some(least), ..) if number <= least => format!("greater than {least}"),
-            (.., Some(most), _) if number > most => format!("at most {most}"),
-            (.., Some(most)) if number >= most => format!("less than {most}"),
+            (Some(least), ..) if number < least => format!("at least {}", Plain(least)),
+            (_, Some(least), ..) if number <= least => format!("greater than {}", Plain(least)),
+            (.., Some(most), _) if number > most => format!("at most {}", Plain(most)),
+            (.., Some(most)) if number >= most => format!("less than {}", Plain(most)),
             _ if number > largest => format!("at most {largest}"),
             _ => return,
         };
-        self.report.at(
-            path,
-            format!("{} is {}, it must be {wanted}", quoted(path), plain(number)),
-            None,
-        );
+        let message = format!("{} is {}, it must be {wanted}", quoted(path), Plain(number));
+        self.report.at(path, message, self.description(schema));
     }
 
     /// One of several forms: bare words, maps with one key, or plain types.
@@ -398,13 +416,38 @@ fn describe(node: &Node) -> String {
         Value::Null | Value::Invalid => "empty".to_owned(),
         Value::Bool(bool) => format!("`{bool}`"),
         Value::Integer(integer) => format!("the number {integer}"),
-        Value::Float(float) => format!("the number {}", plain(*float)),
+        Value::Float(float) => format!("the number {}", Plain(*float)),
         Value::Text(text) => format!(
             "the text `{}`",
             text.chars().take(40).collect::<String>().escape_debug()
         ),
         Value::List(_) => "a list".to_owned(),
         Value::Map(_) => "a map".to_owned(),
+    }
+}
+
+/// A value as it stands in a line, what is inside its entries left out.
+fn in_a_line(node: &Node) -> String {
+    let inner = |node: &Node| match node.is_plain() {
+        true => in_a_line(node),
+        false => "…".to_owned(),
+    };
+    match &node.value {
+        Value::Null | Value::Invalid | Value::List(_) => "…".to_owned(),
+        Value::Bool(bool) => bool.to_string(),
+        Value::Integer(integer) => integer.to_string(),
+        Value::Float(float) => Plain(*float).to_string(),
+        Value::Text(text) => text
+            .chars()
+            .take(40)
+            .collect::<String>()
+            .escape_debug()
+            .to_string(),
+        Value::Map(entries) => {
+            let entries = entries.iter().take(4);
+            let entries = entries.map(|entry| format!("{}: {}", entry.key, inner(&entry.value)));
+            format!("{{ {} }}", entries.collect::<Vec<_>>().join(", "))
+        }
     }
 }
 
@@ -429,9 +472,6 @@ fn other_spelling(node: &Node, kind: &str) -> Option<String> {
         (Value::Integer(number), "string") => {
             Some(format!("put it in quotes to make it a text: \"{number}\""))
         }
-        (Value::Text(_) | Value::Integer(_) | Value::Float(_) | Value::Map(_), "array") => {
-            Some("write a list, as in `[1, 2]`".to_owned())
-        }
         _ => None,
     }
 }
@@ -441,15 +481,5 @@ fn quoted(path: &Path) -> String {
         "the input".to_owned()
     } else {
         format!("`{path}`")
-    }
-}
-
-/// A number without a row of zeros.
-fn plain(number: f64) -> String {
-    let size = number.abs();
-    if size >= 1e16 || (size > 0.0 && size < 1e-5) {
-        format!("{number:e}")
-    } else {
-        number.to_string()
     }
 }

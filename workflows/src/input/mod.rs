@@ -15,6 +15,7 @@ mod error;
 pub mod gmsh;
 pub mod mesh;
 mod path;
+pub mod plain;
 pub mod problem;
 pub mod programme;
 mod report;

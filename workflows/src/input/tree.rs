@@ -90,7 +90,8 @@ impl Node {
         Some((node, span))
     }
 
-    fn is_plain(&self) -> bool {
+    /// Whether it is one value: no list, no map, not missing.
+    pub fn is_plain(&self) -> bool {
         matches!(
             self.value,
             Value::Bool(_) | Value::Integer(_) | Value::Float(_) | Value::Text(_)

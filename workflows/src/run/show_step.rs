@@ -18,7 +18,10 @@ use super::{
     view::{RunView, StepView, View},
 };
 use crate::{
-    input::problem::{Body, Model as InputModel},
+    input::{
+        plain::Plain,
+        problem::{Body, Model as InputModel},
+    },
     report::Report,
 };
 
@@ -105,7 +108,7 @@ fn heading(run: &RunView, step: &StepView) -> String {
         let _ = writeln!(out, "  damaged: {what}");
     }
     for (name, value) in run.manifest.problem.loads.iter().zip(&summary.loads) {
-        let _ = writeln!(out, "  load       {name} = {value}");
+        let _ = writeln!(out, "  load       {name} = {}", Plain(*value));
     }
     if let Some(digest) = step.record.digest {
         let _ = writeln!(

@@ -30,7 +30,7 @@ pub struct Args {
     /// Bring this load to the first value and on to the second, each way in `--steps` load steps.
     #[arg(long, value_name = "LOAD=A,B", value_parser = cycle, requires = "steps", conflicts_with = "ramp")]
     cycle: Vec<(String, f64, f64)>,
-    /// Load steps of the ramp, of the hold, or of each way of the cycle.
+    /// Load steps of the stage; of a cycle, of each of its ways.
     #[arg(long, value_name = "N")]
     steps: Option<u32>,
     /// How often the cycle is gone.

@@ -9,6 +9,7 @@ use serde_json::Value as Json;
 use super::Change;
 use crate::input::mesh::Mesh;
 use crate::input::path::Path;
+use crate::input::plain::Plain;
 use crate::input::problem::{Amount, Law, Material, Model, Problem};
 use crate::input::programme::{Programme, Stage};
 use crate::input::tree::{self, Node, Value};
@@ -44,7 +45,10 @@ pub fn catalogue(problem: &Problem, earlier: &BTreeMap<String, String>) -> BTree
     for (name, initial) in problem.loads.iter().zip(&problem.programme.initial) {
         // What a later programme begins with is no choice of its own.
         if problem.programme.past.is_empty() {
-            collector.leaf(&root.key("loads").key(name.as_str()), initial.to_string());
+            collector.leaf(
+                &root.key("loads").key(name.as_str()),
+                Plain(*initial).to_string(),
+            );
         }
     }
     let programme = in_words(&problem.programme, &problem.loads);
@@ -102,7 +106,7 @@ pub fn stage_in_words(stage: &Stage, loads: &[String]) -> String {
                 .iter()
                 .map(|(load, value)| {
                     let name = loads.get(*load).map_or("?", String::as_str);
-                    format!("{name} to {value}")
+                    format!("{name} to {}", Plain(*value))
                 })
                 .collect();
             match &way.control {
@@ -236,10 +240,10 @@ impl Collector<'_> {
                 }
                 if let Some(spec) = &body.second_gradient {
                     let path = root.key("second_gradient");
-                    self.leaf(&path.key("D"), spec.modulus.to_string());
+                    self.leaf(&path.key("D"), Plain(spec.modulus).to_string());
                     for (region, modulus) in &spec.regions {
                         let path = path.key("regions").key(region.as_str());
-                        self.leaf(&path, modulus.to_string());
+                        self.leaf(&path, Plain(*modulus).to_string());
                     }
                     for (on, side) in &spec.sides {
                         let side = words(side, &problem.loads);

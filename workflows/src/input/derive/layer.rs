@@ -201,7 +201,7 @@ fn insert(
 }
 
 /// `programme: { unload: { ramp: …, steps: … } }` means `programme: [ { name: unload, ramp: …, steps: … } ]`, and
-/// one stage alone needs no list. What is none of these is left for the check to find.
+/// one stage alone needs no list. What is no stage there is left for the check to find.
 fn name_stages(tree: &mut Node) {
     let Value::Map(entries) = &mut tree.value else {
         return;
@@ -224,15 +224,16 @@ fn name_stages_of(programme: &mut Node) {
     let Value::Map(entries) = &mut programme.value else {
         return;
     };
-    if entries.iter().any(|entry| entry.key == "steps") {
+    let is_map = |entry: &Entry| matches!(entry.value.value, Value::Map(_));
+    let is_of_stage = |entry: &Entry| match entry.key.as_str() {
+        "steps" => true,
+        // A stage may be called so.
+        "name" | "times" | "until" => !is_map(entry),
+        _ => false,
+    };
+    if entries.iter().any(is_of_stage) {
         let stage = std::mem::replace(&mut programme.value, Value::Null);
         programme.value = Value::List(vec![Node { span, value: stage }]);
-        return;
-    }
-    if !entries
-        .iter()
-        .all(|entry| matches!(entry.value.value, Value::Map(_)))
-    {
         return;
     }
     let stages = entries.drain(..).map(|entry| {

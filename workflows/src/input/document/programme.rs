@@ -21,10 +21,10 @@ pub struct Stage {
     /// Follow the volume of a cavity or the length of the deformation's path, while a load adapts: through limit loads,
     /// where no value of the load could be given beforehand.
     pub control: Option<Control>,
-    /// Number of load steps of the ramp, of the hold, or of each way of the cycle.
+    /// Number of load steps of the stage; of a cycle, of each of its ways.
     #[schemars(range(min = 1, max = 100_000))]
     pub steps: u32,
-    /// Number of cycles; 1 where it is left out.
+    /// For `cycle`: how often it is gone; 1 where it is left out.
     #[schemars(range(min = 1, max = 100_000))]
     pub times: Option<u32>,
     /// End the stage before its last load step where one of these is met; the next stage begins, or the run is complete.
@@ -38,14 +38,27 @@ pub struct Stage {
 pub struct Control {
     /// The load that adapts: its value is found in every load step.
     pub load: String,
-    /// The boundary of a cavity and the expansion V/V0 − 1 that it is brought to, as in `{ inner: 0.5 }`.
+    /// The boundary of a cavity and the expansion V/V0 − 1 that it is brought to, as in `{ inner: 0.5 }`: 0.5 is half as
+    /// much again, −0.5 half of it.
+    #[schemars(extend("additionalProperties" = expansion()))]
     pub volume: Option<BTreeMap<String, f64>>,
     /// Length of the path over the whole stage: each load step moves the nodes by `arc_length`/`steps` (root mean square).
-    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    #[schemars(extend("exclusiveMinimum" = 0.0), range(max = 1e9))]
     pub arc_length: Option<f64>,
     /// With `arc_length`: whether the load rises or falls in the first load step of the stage. Later ones go on in the
     /// direction of the deformation.
     pub at_first: Option<Sense>,
+}
+
+/// The expansion of a cavity: some of its volume is left, and it has not swallowed the body many times over.
+fn expansion() -> serde_json::Value {
+    serde_json::json!({
+        "description": "V/V0 − 1 of the cavity: 0.5 is half as much again, −0.5 half of it.",
+        "type": "number",
+        "format": "double",
+        "exclusiveMinimum": -1.0,
+        "maximum": 1000.0,
+    })
 }
 
 /// A direction of change.

@@ -6,6 +6,8 @@ use serde::{Deserialize, Serialize};
 
 pub use stop::{Along, Bound, Measured, Stop};
 
+use super::plain::Plain;
+
 /// The most load steps of one programme.
 pub const MOST_STEPS: u64 = 1_000_000;
 
@@ -71,10 +73,11 @@ impl Control {
         let name = loads.get(self.load).map_or("", String::as_str);
         match &self.path {
             Followed::Volume { boundary, to } => {
-                format!("{name} by the volume of {boundary} to {to}")
+                format!("{name} by the volume of {boundary} to {}", Plain(*to))
             }
             Followed::ArcLength { length, sense } => {
                 let sense = if *sense < 0.0 { "falling" } else { "rising" };
+                let length = Plain(*length);
                 format!("{name} along a path of {length}, {sense} at first")
             }
         }

@@ -4,6 +4,8 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use crate::input::plain::Plain;
+
 /// What may end a stage early.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Stop {
@@ -62,20 +64,23 @@ impl Stop {
         match self {
             Self::Load(load, bound) => format!("`{}` is {bound}", name(load)),
             Self::Volume(boundary, bound) => format!("the volume of `{boundary}` is {bound}"),
-            Self::ShearStrain(most) => format!("a shear strain is above {most}"),
+            Self::ShearStrain(most) => format!("a shear strain is above {}", Plain(*most)),
             Self::Settled { load, within, over } => {
-                let name = name(load);
-                format!("`{name}` kept within {within} of its value over {over} increments")
+                let (name, within) = (name(load), Plain(*within));
+                let ending = if *over == 1 { "" } else { "s" };
+                format!("`{name}` kept within {within} of its value over {over} increment{ending}")
             }
             Self::Displacement(at, bound) => format!("the displacement of {at} is {bound}"),
             Self::Force(at, bound) => format!("the support force on {at} is {bound}"),
             Self::Drop(Measured::Load(load), part) => {
                 format!(
-                    "`{}` has dropped by {part} of its largest value",
-                    name(load)
+                    "`{}` has dropped by {} of its largest value",
+                    name(load),
+                    Plain(*part)
                 )
             }
             Self::Drop(Measured::Force(at), part) => {
+                let part = Plain(*part);
                 format!("the support force on {at} has dropped by {part} of its largest value")
             }
         }
@@ -102,8 +107,8 @@ pub enum Bound {
 impl fmt::Display for Bound {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Above(value) => write!(f, "above {value}"),
-            Self::Below(value) => write!(f, "below {value}"),
+            Self::Above(value) => write!(f, "above {}", Plain(*value)),
+            Self::Below(value) => write!(f, "below {}", Plain(*value)),
         }
     }
 }

@@ -43,12 +43,6 @@ pub fn control(
             };
             let at = inner.key(boundary.as_str());
             let known = cavity(reader, &at, boundary, subject)?;
-            if *to <= -1.0 {
-                let message = format!("the volume of `{boundary}` cannot change by {to} of itself");
-                let help = "0.5 is half as much again, −0.5 half of it".to_owned();
-                reader.report.at(&at, message, help);
-                return None;
-            }
             Some(Followed::Volume {
                 boundary: known,
                 to: *to,
@@ -94,7 +88,8 @@ pub fn cavity(
         Subject::Body(body) => body,
         Subject::ElementTest => {
             let message = "an element test has no cavity";
-            reader.report.at_key(path, message, None);
+            let help = "look at a load, or at `shear_strain`".to_owned();
+            reader.report.at_key(path, message, help);
             return None;
         }
     };

@@ -51,7 +51,13 @@ fn stage(
     // The name is looked at even where the rest of the stage is wrong.
     let name: Option<String> = reader.required(&path.key("name"));
     if let Some(name) = &name {
-        if seen.contains(name) {
+        if name.trim().is_empty() {
+            let message = format!("`{}` is empty", path.key("name"));
+            let help = "give the stage a name, as in `loading`: reports and plots call it so";
+            reader
+                .report
+                .at(&path.key("name"), message, help.to_owned());
+        } else if seen.contains(name) {
             let message = format!("there are two stages `{name}`");
             reader.report.at(
                 &path.key("name"),
@@ -134,11 +140,15 @@ fn stage(
     };
     if written.times.is_some() && written.cycle.is_none() {
         let message = "`times` belongs to a cycle";
-        reader.report.at_key(
-            &path.key("times"),
-            message,
-            "remove it, or write `cycle` for `ramp`".to_owned(),
-        );
+        let help = match written.ramp {
+            Some(_) => {
+                "remove it, or write `cycle` for `ramp`, with two values: `cycle: { load: [value, value] }`"
+            }
+            None => "remove it",
+        };
+        reader
+            .report
+            .at_key(&path.key("times"), message, help.to_owned());
     }
     let until = until(reader, &path.key("until"), &written.until, loads, subject);
     Some(Stage {

@@ -104,8 +104,20 @@ fn about(
         reader.report.at_key(&path, message, "remove it".to_owned());
         return None;
     }
-    let chosen = kind.one_of.iter().filter(|key| has(key)).count();
-    let open = !kind.one_of.is_empty() && chosen != 1;
+    let chosen = kind.one_of.iter().copied().filter(|key| has(key));
+    let chosen: Vec<&str> = chosen.collect();
+    if chosen.len() > 1 {
+        let message = format!(
+            "when `{}` ends the stage is said more than once, by {}",
+            kind.key,
+            list(chosen.iter().copied())
+        );
+        let help =
+            "keep one of them; several conditions are several entries, of which any ends the stage";
+        reader.report.at(path, message, help.to_owned());
+        return None;
+    }
+    let open = !kind.one_of.is_empty() && chosen.is_empty();
     let lacks = kind.all_of.iter().any(|key| !has(key));
     if !open && !lacks {
         return Some(kind.key);
