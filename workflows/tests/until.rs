@@ -126,4 +126,51 @@ fn a_peak_is_remembered_by_whoever_takes_the_run_up_behind_it() {
     let ended = bench.run(&branch).good().json();
     // From −1.54 at −0.0045: −1.36 at −0.003 is not enough, −1.18 at −0.0015 is.
     assert_eq!(ended["runs"][0]["stages_ended"][2]["step"], 11, "{ended}");
+    let branch = ["branch", "stages@9", "--programme", "back: 3"];
+    let refused = bench.run(&branch);
+    let told = "`programme[0]` must be a map `{key: …}`, not the number 3";
+    assert!(
+        refused.code != 0 && refused.err.contains(told),
+        "{}",
+        refused.err
+    );
+}
+
+/// What counts is whether a support is there, not by which name the condition calls it: every column of the curves that can
+/// be other than 0 can end a stage.
+#[test]
+fn a_support_is_found_by_its_nodes() {
+    let bench = Bench::new();
+    let (body, _) = BLOCK.split_once("programme:").unwrap();
+    let held = [
+        ("bottom", "y"),
+        ("bottom", "x"),
+        ("bottom_mid", "y"),
+        ("bottom_left", "x"),
+        ("bottom_left", "y"),
+        ("left", "y"),
+        ("corners", "y"),
+    ];
+    let free = [("bottom_mid", "x"), ("top_mid", "x")];
+    for (on, along) in held.into_iter().chain(free) {
+        let until = format!("[{{ force: {on}, along: {along}, below: -1000 }}]");
+        let stage = format!("- {{ name: a, ramp: {{ down: -0.003 }}, steps: 3, until: {until} }}");
+        fs::write(
+            bench.path("held.yaml"),
+            format!("{body}programme:\n  {stage}\n"),
+        )
+        .unwrap();
+        let read = workflows::input::load(bench.path("held.yaml"));
+        let is_held = held.contains(&(on, along));
+        match read {
+            Ok(_) => assert!(is_held, "{on} {along}"),
+            Err(errors) => {
+                let text = errors.to_string();
+                assert!(
+                    !is_held && text.contains("it is on `left`, `right`"),
+                    "{text}"
+                );
+            }
+        }
+    }
 }

@@ -3,6 +3,7 @@
 use std::cell::OnceCell;
 
 use solver_fem::boundary::CavityProblem;
+use solver_fem::post::boundary_force;
 use solver_fem::problem::Problem;
 
 use super::mesh::MOST_ELEMENTS;
@@ -22,7 +23,7 @@ pub enum Subject<'a> {
 pub struct Named<'a> {
     /// Its boundaries and nodes.
     pub places: Vec<Place>,
-    /// Where its displacement is prescribed: name and component.
+    /// What the conditions that prescribe its displacement name: name and component.
     pub supports: Vec<(String, usize)>,
     body: &'a Body,
     loads: usize,
@@ -49,12 +50,34 @@ impl<'a> Subject<'a> {
 impl Named<'_> {
     /// Why the volume behind a boundary cannot be measured. A mesh or conditions that make no body are told elsewhere.
     pub fn cavity_problem(&self, boundary: &str) -> Option<CavityProblem> {
+        self.problem()?.cavity(boundary).err()
+    }
+
+    /// Whether some node of a boundary or node set has this component of its displacement prescribed, by whatever name the
+    /// condition calls it: elsewhere no support exerts a force. A mesh or conditions that make no body are told elsewhere.
+    pub fn is_supported(&self, on: &str, component: usize) -> bool {
+        let is_here = |support: &(String, usize)| support.0 == on && support.1 == component;
+        if self.supports.iter().any(is_here) {
+            return true;
+        }
+        let Some(problem) = self.problem() else {
+            return true;
+        };
+        // The force if every prescribed component bore one of 1: the number of those that are there.
+        let dofs = &problem.constraints().equation[..problem.dof_count()];
+        let prescribed = dofs.iter().map(|equation| f64::from(equation.is_none()));
+        let forces: Vec<f64> = prescribed.collect();
+        let target = body::target(problem.mesh(), on);
+        boundary_force(problem, &target, &forces)[component] > 0.0
+    }
+
+    fn problem(&self) -> Option<&Problem<2>> {
         let problem = self.problem.get_or_init(|| {
             let is_too_large = self.body.mesh.element_count() > MOST_ELEMENTS;
             let built = (!is_too_large).then(|| body::problem(self.body, self.loads));
             built?.ok().map(|(problem, _)| Box::new(problem))
         });
-        problem.as_ref()?.cavity(boundary).err()
+        problem.as_deref()
     }
 }
 

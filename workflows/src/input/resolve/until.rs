@@ -258,12 +258,10 @@ fn supported(
     along: &Along,
     subject: &Subject<'_>,
 ) -> Option<()> {
-    let Subject::Body(Named { supports, .. }) = subject else {
+    let Subject::Body(named) = subject else {
         return None;
     };
-    let is_here =
-        |(on, component): &&(String, usize)| *on == along.on && *component == along.component;
-    if supports.iter().any(|support| is_here(&support)) {
+    if named.is_supported(&along.on, along.component) {
         return Some(());
     }
     let axis = ["x", "y"][along.component];
@@ -271,9 +269,8 @@ fn supported(
         "no displacement {axis} is prescribed on `{}`: no support exerts a force there",
         along.on
     );
-    let same = supports
-        .iter()
-        .filter(|(_, component)| *component == along.component);
+    let supports = named.supports.iter();
+    let same = supports.filter(|(_, component)| *component == along.component);
     let names: Vec<&str> = same.map(|(on, _)| on.as_str()).collect();
     let help = match names.is_empty() {
         true => format!("no displacement {axis} is prescribed anywhere"),
