@@ -24,7 +24,8 @@ pub struct StepControlSettings {
     /// Share of the work put into the body that the overdamped motion may take; 0.01. Steps follow half of it, as the first
     /// one that is above has been taken already. From 1 on they do not follow it.
     pub damped_work: f64,
-    /// Part of an increment below which no share of work shortens a step; ¼. What is left then is set free by instabilities.
+    /// Part of an increment below which no share of work shortens a step; ¼, but no less than the floor. What is left then
+    /// is set free by instabilities.
     pub gentlest: f64,
 }
 
@@ -71,9 +72,12 @@ pub struct StepControl {
     /// Largest part of an increment for the sake of the damped work.
     #[serde(default = "whole")]
     gentle: f64,
-    /// |Work| of all steps, and the increments it was done in.
+    /// |Work| of all steps.
     #[serde(default)]
-    work: (f64, f64),
+    work: f64,
+    /// The increments that it was done in.
+    #[serde(default)]
+    done: f64,
 }
 
 fn whole() -> f64 {
@@ -104,7 +108,8 @@ impl StepControl {
             factor: 1.0,
             position: 0.0,
             gentle: 1.0,
-            work: (0.0, 0.0),
+            work: 0.0,
+            done: 0.0,
         }
     }
 
@@ -145,16 +150,16 @@ impl StepControl {
         /// A step of twice the size does about four times the share.
         const LITTLE: f64 = 0.25;
 
-        self.work.0 += taken.work.abs();
-        self.work.1 += size;
-        let usual = size * self.work.0 / self.work.1;
+        self.work += taken.work.abs();
+        self.done += size;
+        let usual = size * self.work / self.done;
         let aim = 0.5 * self.settings.damped_work * taken.work.abs().max(usual);
         if self.settings.damped_work >= 1.0 {
             self.gentle = 1.0;
         } else if taken.damped > aim {
-            let least = self.settings.gentlest.min(self.gentle);
-            self.gentle = (0.5 * self.gentle).max(least);
-        } else if taken.damped < LITTLE * aim {
+            let least = self.settings.gentlest.max(self.settings.floor);
+            self.gentle = (0.5 * self.gentle).max(least.min(self.gentle));
+        } else if taken.damped < LITTLE * aim && size >= self.gentle {
             self.gentle = (2.0 * self.gentle).min(1.0);
         }
     }
@@ -186,8 +191,11 @@ impl StepControl {
 
     /// The same step size at the same place, following other settings from here on.
     pub fn with_settings(self, settings: StepControlSettings) -> Self {
+        let settings = Self::new(settings).settings;
+        let follows = settings.damped_work < 1.0;
         StepControl {
-            settings: Self::new(settings).settings,
+            settings,
+            gentle: if follows { self.gentle } else { 1.0 },
             ..self
         }
     }
@@ -266,6 +274,19 @@ mod tests {
         }
         assert_eq!(sizes[..4], [1.0, 0.5, 0.5, 0.5]);
         assert!(damped < 0.01 * work, "{damped} of {work}");
+    }
+
+    #[test]
+    fn steps_that_may_not_be_cut_are_not_shortened_for_the_work() {
+        let mut control = StepControl::new(StepControlSettings {
+            floor: 1.0,
+            ..StepControlSettings::default()
+        });
+        control.accept(Taken {
+            damped: 0.5,
+            ..easy()
+        });
+        assert_eq!(control.factor(), 1.0);
     }
 
     #[test]

@@ -13,22 +13,40 @@ use solver_fem::problem::Problem;
 
 #[test]
 fn an_elastic_ring_unloads_to_nothing_and_stays_there() {
+    unload(6, [0.0, 0.0]);
+    unload(40, [0.0, 0.0]);
+}
+
+/// Rounding goes with the size of the coordinates: those of a site in metres, say.
+#[test]
+fn so_does_one_far_from_the_origin() {
+    for far in [1e3, 1e4, 1e6] {
+        unload(6, [far, -far]);
+    }
+}
+
+fn unload(elements: usize, middle: [f64; 2]) {
     let mesh = Mesh::annulus(&Annulus {
         inner_radius: 1.0,
         outer_radius: 3.0,
-        circumferential: 6,
-        radial: 6,
-        growth: 1.2,
+        circumferential: elements,
+        radial: elements,
+        growth: 1.02,
         extent: AnnulusExtent::Quarter,
     });
+    let mut mesh = mesh.expect("sound");
+    for node in &mut mesh.nodes {
+        for (x, by) in node.iter_mut().zip(middle) {
+            *x += by;
+        }
+    }
     let conditions = vec![
         Condition::symmetry("symmetry_x", 1),
         Condition::symmetry("symmetry_y", 0),
         Condition::pressure("inner", Value::load(0)),
         Condition::pressure("outer", Value::load(1)),
     ];
-    let problem =
-        Arc::new(Problem::plane_strain(mesh.expect("sound"), conditions, 2).expect("sound"));
+    let problem = Arc::new(Problem::plane_strain(mesh, conditions, 2).expect("sound"));
     for young in [1e-3, 100.0, 1e9] {
         let law = Elastic::new(young, 0.3).expect("stable");
         let mut state = at_rest(&problem, &law, &[0.0, 0.0]);
@@ -44,7 +62,9 @@ fn an_elastic_ring_unloads_to_nothing_and_stays_there() {
         ] {
             let loads = [inner * young, outer * young];
             let outcome = elastic_step(&problem, &law, &state, &loads, 1e-3);
-            let outcome = outcome.unwrap_or_else(|failure| panic!("{young} {loads:?}: {failure}"));
+            let outcome = outcome.unwrap_or_else(|failure| {
+                panic!("{elements} {middle:?} {young} {loads:?}: {failure}")
+            });
             assert!(
                 outcome.sweeps.len() <= 6,
                 "{young} {loads:?}: {:?}",

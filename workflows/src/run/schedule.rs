@@ -317,7 +317,7 @@ impl Schedule {
                 let values = latest[from..].iter().filter_map(|loads| loads.get(*load));
                 let least = values.clone().copied().fold(f64::INFINITY, f64::min);
                 let most = values.copied().fold(f64::NEG_INFINITY, f64::max);
-                most - least < within * least.abs().max(most.abs())
+                most - least <= within * least.abs().max(most.abs())
             }
         }
     }

@@ -499,13 +499,14 @@ fn stage_ends(run: &RunView) -> impl Iterator<Item = StageEnd> {
 pub fn energy(energy: &Energy) -> String {
     let Energy {
         work,
+        exchanged,
         released,
         damped,
     } = *energy;
-    if work == 0.0 {
+    if exchanged == 0.0 {
         return String::new();
     }
-    let share = |part: f64| 100.0 * part / work.abs();
+    let share = |part: f64| 100.0 * part / exchanged;
     format!(
         "  energy     {work:.4e} put into the body; unbalanced forces did {:.2} % of it between iterates, {:.2} % in overdamped motion\n",
         share(released),

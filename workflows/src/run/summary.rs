@@ -64,6 +64,8 @@ impl StepSummary {
 pub struct Energy {
     /// Of the stresses on the strains.
     pub work: f64,
+    /// The magnitude of that, step by step: what a body gives back counts as well.
+    pub exchanged: f64,
     /// Of the unbalanced forces from iterate to iterate: what instabilities set free, and what a whole load step
     /// overshoots before the grains yield.
     pub released: f64,
@@ -76,6 +78,7 @@ impl Energy {
     pub fn of(summary: &StepSummary) -> Self {
         Self {
             work: summary.work,
+            exchanged: summary.work.abs(),
             released: summary.released,
             damped: summary.damped,
         }
@@ -85,6 +88,7 @@ impl Energy {
     pub fn plus(self, other: Self) -> Self {
         Self {
             work: self.work + other.work,
+            exchanged: self.exchanged + other.exchanged,
             released: self.released + other.released,
             damped: self.damped + other.damped,
         }

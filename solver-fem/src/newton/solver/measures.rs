@@ -17,16 +17,17 @@ impl<const D: usize> StepSolver<D> {
         iterate.configuration(&self.state.committed)
     }
 
-    /// The least force that a residual is compared with: max|E| L^(D−1) times a strain of 1e-11, L being the diameter of
-    /// the mesh. A thousandth of it, the usual tolerance, is a strain of 1e-14: what the rounding of positions, 1e-16 of
-    /// them, comes to in a mesh of a hundred elements across.
+    /// The least force that a residual is compared with. At the force tolerance it is what the rounding of positions alone
+    /// comes to, ½ε max|E| max|x| L^(D−2) √N, L being the diameter of the mesh and N its number of nodes: a position that is
+    /// off by ½ε |x| strains an element of size h by ½ε |x|/h, the stress acts on h^(D−1), and nodes are off independently.
     pub(super) fn least_force(&self) -> f64 {
-        const STRAIN: f64 = 1e-11;
-
-        let tangents = self.state.committed.elastic_tangents.iter();
-        let stiffest = tangents.fold(0.0_f64, |max, e| max.max(e.abs()));
-        let area = libm::pow(self.problem.mesh().diameter(), (D - 1) as f64);
-        STRAIN * stiffest * area
+        let committed = &self.state.committed;
+        let greatest = |values: &[f64]| values.iter().fold(0.0_f64, |max, v| max.max(v.abs()));
+        let width = libm::pow(self.problem.mesh().diameter(), D as f64 - 2.0);
+        let nodes = self.problem.mesh().nodes.len() as f64;
+        let rounding = 0.5 * f64::EPSILON * greatest(&committed.coordinates) * nodes.sqrt();
+        rounding * greatest(&committed.elastic_tangents) * width
+            / self.state.settings.force_tolerance
     }
 
     /// How far off what controls the step is, in parts of the step; 0 where loads alone do.

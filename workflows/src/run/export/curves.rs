@@ -194,6 +194,7 @@ impl<'a> Curves<'a> {
     fn energy(&self, last: u32) -> Energy {
         const UNKNOWN: Energy = Energy {
             work: f64::NAN,
+            exchanged: f64::NAN,
             released: f64::NAN,
             damped: f64::NAN,
         };
