@@ -71,6 +71,8 @@ pub struct StepLine {
     released: f64,
     /// The part of that which the overdamped motion did.
     damped: f64,
+    /// Gauss points whose grains do not touch.
+    voids: u32,
 }
 
 impl StepLine {
@@ -100,6 +102,7 @@ impl StepLine {
             work: summary.work,
             released: summary.released,
             damped: summary.damped,
+            voids: summary.voids,
         }
     }
 }
@@ -508,7 +511,7 @@ pub fn energy(energy: &Energy) -> String {
     }
     let share = |part: f64| 100.0 * part / exchanged;
     format!(
-        "  energy     {work:.4e} put into the body; unbalanced forces did {:.2} % of it between iterates, {:.2} % in overdamped motion\n",
+        "  energy     {work:.4e} put into the body; unbalanced forces did {:.2} % of the work exchanged, {:.2} % in overdamped motion\n",
         share(released),
         share(damped),
     )
