@@ -313,7 +313,9 @@ fn a_step_accepted_loosely_says_so_and_commits_its_best_wave() {
     let problem = problem();
     let (mut engine, state) = engine(&problem, 20.0, 5e-3);
     let settings = StepSettings {
-        force_tolerance: 1e-15,
+        // No correction is as small as that.
+        displacement_tolerance: 0.0,
+        displacement_floor: 0.0,
         ..StepSettings::default()
     };
     let outcome = solve(&problem, &mut engine, &state, -2e-3, &settings).expect("loosely");
@@ -343,7 +345,9 @@ fn a_step_accepted_loosely_says_so_and_commits_its_best_wave() {
 fn a_step_restored_at_any_wave_ends_with_the_same_bits() {
     let problem = problem();
     let settings = StepSettings {
-        force_tolerance: 1e-15,
+        // No correction is as small as that.
+        displacement_tolerance: 0.0,
+        displacement_floor: 0.0,
         strategy: Strategy::TwoPhase(TwoPhase {
             sweeps: 6,
             relaxation: Relaxation {
