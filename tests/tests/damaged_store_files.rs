@@ -130,6 +130,7 @@ fn damage_ends_in_the_same_digests_or_in_a_clear_refusal() {
             .store()
             .join(file.strip_prefix(original.store()).unwrap());
         let case = damage(&victim, &mut random);
+        let named = place.run(["store", "check", "--deep"]).code != Some(0);
         // Looking at a damaged store must not make it worse.
         for look in [
             &["store", "check", "--deep"][..],
@@ -145,9 +146,16 @@ fn damage_ends_in_the_same_digests_or_in_a_clear_refusal() {
         }
         let outcome = place.run(["resume", RUN]);
         if outcome.code == Some(0) {
-            // The damage may be in a step that lay behind the place where the run went on.
-            let end = history::told(&place.store(), RUN);
-            assert_eq!(end.as_ref(), Some(&calm), "{case}: another result");
+            let end = history::left(&place.store(), RUN).expect("the run is there");
+            let mut expected = calm.clone();
+            if end.steps.len() < calm.steps.len() {
+                // One that lay behind the place where the run went on: no resume had to read it.
+                assert!(named, "{case}: a step is gone and nobody said so");
+                let kept = |step: &(u32, _)| end.steps.iter().any(|left| left.0 == step.0);
+                expected.steps.retain(kept);
+                assert_eq!(expected.steps.len() + 1, calm.steps.len(), "{case}");
+            }
+            assert_eq!(end, expected, "{case}: another result");
             arrived += 1;
         } else {
             assert!(is_clear(&outcome, &place), "{case}: {outcome:#?}");
