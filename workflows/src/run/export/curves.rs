@@ -25,6 +25,9 @@ pub struct Curves<'a> {
     /// Cavities by the boundary that encloses them.
     cavities: Vec<Cavity<2>>,
     initial_volume: f64,
+    /// Steps of the run whose work is in `energy`, also those that have no row.
+    counted: usize,
+    energy: Energy,
     table: Table,
 }
 
@@ -137,6 +140,8 @@ impl<'a> Curves<'a> {
             places,
             cavities,
             initial_volume: f64::NAN,
+            counted: 0,
+            energy: Energy::default(),
             table,
         }
     }
@@ -178,8 +183,8 @@ impl<'a> Curves<'a> {
             }
         }
         row.extend(stress.map(|sum| sum / volume));
-        let energy = self.energy(step.record.index.0);
-        row.extend([energy.work, energy.released, energy.damped]);
+        self.count_up_to(step.record.index.0);
+        row.extend([self.energy.work, self.energy.released, self.energy.damped]);
         row.extend([
             summary.residual,
             f64::from(u8::from(summary.loosely_accepted)),
@@ -190,24 +195,24 @@ impl<'a> Curves<'a> {
         Ok(self.table.push(row)?)
     }
 
-    /// That of all steps up to this one, also of those that have no row; NaN behind one whose figures cannot be read.
-    fn energy(&self, last: u32) -> Energy {
+    /// Adds the work of all steps up to this one; NaN behind one whose figures cannot be read.
+    fn count_up_to(&mut self, last: u32) {
         const UNKNOWN: Energy = Energy {
             work: f64::NAN,
             exchanged: f64::NAN,
             released: f64::NAN,
             damped: f64::NAN,
         };
-        let steps = self.run.steps.iter();
-        let steps = steps.take_while(|step| step.record.index.0 <= last);
-        let each = steps.map(|step| {
+        let left = &self.run.steps[self.counted..];
+        for step in left.iter().take_while(|step| step.record.index.0 <= last) {
             let is_known = step.record.index.0 == 0 || step.summary.increment > 0;
-            match is_known {
+            let own = match is_known {
                 true => Energy::of(&step.summary),
                 false => UNKNOWN,
-            }
-        });
-        each.fold(Energy::default(), Energy::plus)
+            };
+            self.energy = self.energy.plus(own);
+            self.counted += 1;
+        }
     }
 
     /// The table.
